@@ -22,11 +22,11 @@ class Browser:
 
     Args:
         folder: Of its profile and downloads.
-        width: Of its window, pixels.
+        size: Width and height of what it shows of a page, pixels.
         dark: Whether it prefers dark pages.
     """
 
-    def __init__(self, folder: Path, width: int = 1280, dark: bool = False) -> None:
+    def __init__(self, folder: Path, size: tuple[int, int] = (1280, 800), dark: bool = False):
         driver = shutil.which("chromedriver")
         if driver is None:
             raise SystemExit("no ChromeDriver is here: apt install chromium chromium-driver")
@@ -35,9 +35,8 @@ class Browser:
         self.process = subprocess.Popen([driver, f"--port={port}"], stdout=subprocess.DEVNULL)
         self.base = f"http://127.0.0.1:{port}"
         self.until(self._ready, "ChromeDriver")
-        profile, size = f"--user-data-dir={folder / 'profile'}", f"--window-size={width},1400"
         options = {
-            "args": [*_FLAGS, profile, size],
+            "args": [*_FLAGS, f"--user-data-dir={folder / 'profile'}"],
             "prefs": {"download.default_directory": str(folder)},
         }
         logs = {"browser": "ALL", "performance": "ALL"}
@@ -45,8 +44,9 @@ class Browser:
         session = self._ask("/session", {"capabilities": {"alwaysMatch": wanted}})
         self.base += f"/session/{session['sessionId']}"
         scheme = [{"name": "prefers-color-scheme", "value": "dark" if dark else "light"}]
-        media = {"cmd": "Emulation.setEmulatedMedia", "params": {"features": scheme}}
-        self._ask("/goog/cdp/execute", media)
+        self._order("Emulation.setEmulatedMedia", features=scheme)
+        about = {"width": size[0], "height": size[1], "deviceScaleFactor": 1, "mobile": False}
+        self._order("Emulation.setDeviceMetricsOverride", **about)
 
     def _ready(self) -> bool:
         try:
@@ -59,6 +59,9 @@ class Browser:
         request = urllib.request.Request(self.base + path, content)
         with urllib.request.urlopen(request, timeout=120) as answer:
             return json.load(answer)["value"]
+
+    def _order(self, command: str, **parameters):
+        return self._ask("/goog/cdp/execute", {"cmd": command, "params": parameters})
 
     def open(self, address: str) -> None:
         """Open an address, and wait for its page."""
@@ -78,6 +81,10 @@ class Browser:
     def click(self, selector: str) -> None:
         """Click on an element."""
         self._ask(f"/element/{self.find(selector)}/click", {})
+
+    def type(self, selector: str, text: str) -> None:
+        """Type into a field what replaces its text, or name files to a field of files."""
+        self._ask(f"/element/{self.find(selector)}/value", {"text": text})
 
     def run(self, script: str, *arguments):
         """What a script returns in the page."""
@@ -105,12 +112,15 @@ class Browser:
         """What stands in an element; nothing where it is not there."""
         return self.run("return document.querySelector(arguments[0])?.innerText ?? ''", selector)
 
-    def picture(self, file: Path, height: int = 1400) -> None:
-        """Take a picture of the page."""
-        window = self._ask("/window/rect")
-        self._ask("/window/rect", {"width": window["width"], "height": height})
-        time.sleep(0.5)
-        file.write_bytes(base64.b64decode(self._ask("/screenshot")))
+    def picture(self, file: Path, whole: bool = False) -> None:
+        """Take a picture of what is shown of the page, or of the whole page."""
+        time.sleep(0.5)  # until curves are painted
+        more = {}
+        if whole:
+            size = self._order("Page.getLayoutMetrics")["cssContentSize"]
+            more = {"captureBeyondViewport": True, "clip": {**size, "scale": 1}}
+        picture = self._order("Page.captureScreenshot", **more)["data"]
+        file.write_bytes(base64.b64decode(picture))
 
     def log(self, kind: str) -> list[dict]:
         """What was logged since it was last asked for: "browser" or "performance"."""

@@ -1,9 +1,9 @@
 """Walks through `breaker view` in a real browser: `make test-browser`.
 
-Three journeys: an unknown export to a sheet, in two clicks; a wrong setting, said and mended by
-keyboard alone; two visits. Each page is checked by
-axe, and pictures of each, at 1280 and 1920 pixels and in dark mode, go into ``build/browser/``, to
-be looked at.
+The journeys: an unknown export to a sheet, in five clicks; a wrong guess, corrected by keyboard; a
+limit that changes the verdict; two inspections; a life and a fleet in the list; dropped files. Each
+page is checked by axe, and pictures of each, at three widths, light and dark, go into
+``build/browser/``, to be looked at.
 """
 
 import os
@@ -16,92 +16,157 @@ from pathlib import Path
 
 from breaker.cli import main
 from tests.browser.chromium import ENTER, TAB, Browser
-from tests.exports import write
+from tests.exports import pole, write
 
 ALL = "\ue009a\ue000"  # Ctrl-A, and all keys up again
 PICTURES = Path("build/browser")
 AXE = Path("build/axe/axe_playwright_python/axe.min.js")
 ODD = "$$\\frac{a}{b}$$ <b>"  # a name that tries to be a formula, and HTML
+SIZES = ((1280, 800), (1440, 900), (1920, 1080))
+MEASURED, COMPLETE = "body[data-measured]", "body[data-complete]"
+ROW = 'a[href^="/inspection?file={}"]'
 
 
 @contextmanager
 def viewed(folder: Path):
-    """The address of a page of a folder, as the command prints it."""
+    """The address of a page of a folder, as the command prints it; types are kept beside it."""
     command = [sys.executable, "-m", "breaker", "view", str(folder), "--no-browser"]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
+    about = {"stdout": subprocess.PIPE, "text": True, "cwd": folder.parent}
+    with subprocess.Popen(command, **about) as process:
         try:
             yield re.search(r"http://\S+", process.stdout.readline())[0]
         finally:
             process.terminate()
 
 
-def exports(folder: Path, count: int) -> None:
-    """Exports of visits to one breaker."""
-    motions = (("closing",), ("opening",), ("closing", "opening"))
-    for k in range(count):
-        about = {"date": f"{1 + k % 28:02d}/03/2021", "motions": motions[k % 3]}
-        write(folder / f"export_{k:02d}.csv", rate=5.0, seed=k, **about)
-    odd = folder / "export_02.csv"
+def exports(folder: Path) -> None:
+    """A life of ten inspections, a fleet of four breakers, and an export that lacks its rate."""
+    for k in range(10):
+        about = {"date": f"14/03/{2012 + k}", "serial": "HV-1", "motions": ("closing", "opening")}
+        write(folder / f"life_{k:02d}.csv", rate=5.0, seed=k, stroke=178.0 - 0.4 * k, **about)
+    for k in range(4):
+        for seed, phase in enumerate("RYB"):
+            about = {"serial": f"HV-{20 + k}", "bay": f"Bay {k}", "date": f"1{k}/05/2021"}
+            pole(folder / f"bay{k}_{phase}.csv", phase, seed, stroke=178.0 - 3.0 * k, **about)
+    odd = folder / "life_09.csv"
     odd.write_text(odd.read_text("latin-1").replace("Coil 6 (A)", f"{ODD} (A)"), "latin-1")
+    samples = [each.split(",")[6:8] for each in odd.read_text("latin-1").splitlines()[44:]]
+    (folder / "unknown.txt").write_text("\n".join(["p1;p2", *map(";".join, samples), ""]))
 
 
 def to_a_sheet(browser: Browser, address: str, folder: Path, downloads: Path) -> None:
-    """An export of unknown layout, to a sheet that is that of the command."""
+    """An export of unknown layout, to a sheet that is that of the command, in five clicks."""
     browser.open(address)
-    for each in ('a[href="/visit?file=export_02.csv"]', "#html"):  # a sheet by two clicks
-        browser.click(each)
-    sheet = downloads / "sheet.html"
+    browser.click(ROW.format("unknown.txt"))
+    browser.find("body[data-drawn] #screen[data-trouble]")
+    browser.picture(PICTURES / "unknown.png")
+    browser.type("#set-rate", f"5{ENTER}")
+    browser.find(MEASURED)
+    browser.picture(PICTURES / "unknown-read.png")
+    browser.click("#html")
+    sheet, settings = downloads / "sheet.html", downloads / "my.yaml"
     browser.until(sheet.exists, "the sheet")
-    settings = downloads / "my.yaml"
-    browser.run("document.getElementById('settings-name').value = arguments[0]", str(settings))
-    browser.click("form.save button")
+    browser.run("document.getElementById('drawer').open = true")
+    browser.type("#settings-name", f"{ALL}{settings}{ENTER}")
     browser.until(settings.exists, "the settings")
-    given = [str(folder / "export_02.csv"), "--config", str(settings)]
+    given = [str(folder / "unknown.txt"), "--config", str(settings)]
     assert main(["report", *given, "--output", str(downloads / "same.html")]) == 0
     assert sheet.read_bytes() == (downloads / "same.html").read_bytes()
-    browser.run(
-        "for (const [id, at] of [['cursor1', 60], ['cursor2', 90]]) {"
-        "const field = document.getElementById(id); field.value = at;"
-        "field.dispatchEvent(new Event('change')); }"
-    )
-    browser.until(lambda: "30 ms apart" in browser.text("#readings"), "readings", 20.0)
-    assert browser.run("return plot !== null")
 
 
 def by_keyboard(browser: Browser, address: str) -> None:
-    """A wrong rate is said, and mended, without a mouse; each change is answered at once."""
+    """A wrong sign is said, and corrected, without a mouse."""
     browser.open(address.partition("?")[0])
-    browser.reach('a[href="/visit?file=export_05.csv"]')
+    browser.reach(ROW.format("life_01.csv"))
     browser.press(ENTER)
-    browser.find("#set-rate")
+    browser.find(MEASURED)
+    browser.reach("#drawer summary")
+    browser.press(ENTER)
     browser.reach("#set-rate")
     browser.press(f"{ALL}-3{TAB}")
-    browser.until(lambda: "endurance.format.rate" in browser.text("#verdict"), "a message")
+    browser.find("#screen[data-trouble]")
     browser.picture(PICTURES / "wrong.png")
-    browser.run("document.activeElement.blur()")
     browser.reach("#set-rate")
     browser.press(f"{ALL}5.0{TAB}")
-    browser.find("#html")
-    browser.reach("#set-sign")
-    for sign in ("opens", "closes") * 3:
-        before = browser.run("return document.body.dataset.took")
-        browser.press(sign)
-        browser.until(
-            lambda before=before: browser.run("return document.body.dataset.took") != before,
-            "the change",
-        )
-        browser.until(lambda: not browser.text("#busy"), "the page")
-    browser.find("#html")
-    browser.reach("#html")  # the focus stays in the page, and comes to the sheet
+    browser.find(MEASURED)
+    browser.reach("#html")
 
 
-def two_visits(browser: Browser) -> None:
-    """A visit beside the one before."""
-    browser.click("header a")
-    browser.click('input[name="file"][value="export_05.csv"]')
-    browser.click('input[name="before"][value="export_02.csv"]')
-    browser.click("#list button")
-    browser.until(lambda: "Changes since" in browser.text("#values"), "the changes")
+def a_limit(browser: Browser, name: str) -> None:
+    """A limit that is set changes the verdict, and one that is emptied changes it back."""
+    browser.find(".banner.none")
+    for text, verdict in (("170", "fail"), ("190", "pass"), ("", "none")):
+        field = 'input[aria-label="largest stroke"]'
+        browser.type(field, f"{ALL}{text or chr(0xE003)}{TAB}")
+        browser.find(f".banner.{verdict}")
+        if verdict == "fail":
+            browser.find(COMPLETE)
+            browser.picture(PICTURES / f"fail-{name}.png")
+            accessible(browser, "a failed inspection")
+
+
+def two_inspections(browser: Browser, address: str, name: str) -> None:
+    """An inspection over an earlier one, with cursors and a value shown on the curve."""
+    browser.open(address.partition("?")[0])
+    browser.find("#list:not(:has([data-unseen]))")
+    browser.click(ROW.format("life_09.csv"))
+    browser.find(MEASURED)
+    browser.run(
+        "const field = document.getElementById('earlier');"
+        "field.selectedIndex = field.options.length - 1;"
+        "field.dispatchEvent(new Event('change'))"
+    )
+    browser.until(lambda: "life_00" in browser.run("return location.search"), "the first one")
+    browser.find(COMPLETE)
+    browser.find("#changes h2")
+    browser.click("#tab1")
+    browser.find("#plot1 > *")
+    browser.picture(PICTURES / f"opening-{name}.png")
+    browser.click("#tab0")
+    browser.click(".values:not([hidden]) .spot")
+    accessible(browser, "two inspections")
+    browser.picture(PICTURES / f"two-{name}.png")
+    browser.run("for (const each of document.querySelectorAll('details')) each.open = true")
+    browser.picture(PICTURES / f"whole-{name}.png", whole=True)
+
+
+def the_list(browser: Browser, address: str, name: str) -> None:
+    """A life and a fleet: searched, sorted and filtered."""
+    rows = "#list tr[data-query]:not([hidden])"
+    shown = f"return [...document.querySelectorAll({rows!r})].map((row) => row.dataset.query)"
+    browser.open(address.partition("?")[0])
+    browser.until(lambda: not browser.text("#progress"), "all verdicts")
+    assert len(browser.run(shown)) == 15
+    accessible(browser, "the list")
+    browser.picture(PICTURES / f"list-{name}.png", whole=True)
+    browser.click('[data-sort="1"]')
+    browser.click('[data-sort="1"]')
+    life = [query for query in browser.run(shown) if "life" in query]
+    assert life[0].startswith("file=life_09")
+    browser.type("#search", "HV-22")
+    assert len(browser.run(shown)) == 1
+    browser.type("#search", f"{ALL}\ue003")
+    browser.type("#only", "not readable")
+    assert [query for query in browser.run(shown) if "unknown" not in query] == []
+
+
+def dropped(browser: Browser, address: str, folder: Path, downloads: Path) -> None:
+    """Data without their description, and two files of one name."""
+    lone = downloads / "rec.dat"
+    lone.write_bytes(b"1,0,7\r\n2,100,8\r\n")
+    for name, source in (("a", "life_03"), ("b", "life_04")):
+        (downloads / name).mkdir()
+        (downloads / name / "same.csv").write_bytes((folder / f"{source}.csv").read_bytes())
+    browser.open(address.partition("?")[0])
+    before = len(browser.run("return [...document.querySelectorAll('#list a')]"))
+    browser.type("#add", str(lone))
+    browser.until(lambda: "rec.cfg" in browser.text("#list"), "what is lacking")
+    browser.type("#add", "\n".join(str(downloads / name / "same.csv") for name in "ab"))
+    same = "return document.querySelectorAll('#list a[href*=\"same.csv\"]').length"
+    browser.until(lambda: browser.run(same), "the dropped files")
+    browser.until(lambda: not browser.text("#progress"), "all verdicts")
+    browser.picture(PICTURES / "dropped.png", whole=True)
+    print(f"{before} rows before, {browser.run(same)} rows of two files of one name")
 
 
 def accessible(browser: Browser, what: str) -> None:
@@ -123,14 +188,11 @@ def accessible(browser: Browser, what: str) -> None:
 def sound(browser: Browser, address: str) -> None:
     """No script failed, nothing was asked of elsewhere, and each field has a label."""
     own = address.partition("/?")[0]
-    elsewhere = [
-        each
-        for each in browser.requests()
-        if not each.startswith((own, "data:", "blob:", "chrome"))
-    ]
+    here = (own, "data:", "blob:", "chrome")
+    elsewhere = [each for each in browser.requests() if not each.startswith(here)]
     assert not elsewhere, elsewhere
     failed = [e["message"] for e in browser.log("browser") if e["level"] == "SEVERE"]
-    assert not [e for e in failed if "/visit?" not in e], failed  # of a setting that was wrong
+    assert not failed, failed
     assert browser.run(
         "return [...document.querySelectorAll('main input, main select')].every("
         "(field) => field.type === 'hidden' || field.labels.length || field.ariaLabel)"
@@ -143,26 +205,21 @@ def walk() -> None:
     with tempfile.TemporaryDirectory() as place:
         folder = Path(place, "curves")
         folder.mkdir()
-        exports(folder, 40)
-        for width, dark in ((1280, False), (1920, False), (1280, True)):
-            downloads = Path(place, f"{width}-{dark}")
-            downloads.mkdir()
-            name = f"{width}{'-dark' * dark}"
-            with viewed(folder) as address:
-                browser = Browser(downloads, width, dark)
+        exports(folder)
+        with viewed(folder) as address:
+            for size, dark in [(size, dark) for dark in (False, True) for size in SIZES]:
+                name = f"{size[0]}{'-dark' * dark}"
+                downloads = Path(place, name)
+                downloads.mkdir()
+                browser = Browser(downloads, size, dark)
                 try:
                     to_a_sheet(browser, address, folder, downloads)
-                    accessible(browser, "a visit")
-                    browser.picture(PICTURES / f"sheet-{name}.png", 5000)
-                    if width == 1280 and not dark:
+                    if size == SIZES[0] and not dark:
                         by_keyboard(browser, address)
-                    two_visits(browser)
-                    accessible(browser, "two visits")
-                    browser.picture(PICTURES / f"visits-{name}.png", 5000)
-                    browser.click("header a")
-                    browser.until(lambda: "not looked into" not in browser.text(), "all files")  # noqa: B023
-                    accessible(browser, "the list")
-                    browser.picture(PICTURES / f"list-{name}.png", 1500)
+                        dropped(browser, address, folder, downloads)
+                    two_inspections(browser, address, name)
+                    a_limit(browser, name)
+                    the_list(browser, address, name)
                     sound(browser, address)
                 finally:
                     browser.end()
