@@ -96,8 +96,9 @@ class Browser:
 
     def press(self, text: str) -> None:
         """Press keys, wherever the focus is."""
-        active = self._ask("/element/active")[_ELEMENT]
-        self._ask(f"/element/{active}/value", {"text": text})
+        pressed = [{"type": kind, "value": key} for key in text for kind in ("keyDown", "keyUp")]
+        keys = {"type": "key", "id": "keys", "actions": pressed}
+        self._ask("/actions", {"actions": [keys]})
 
     def reach(self, selector: str, most: int = 400) -> None:
         """Go to an element by Tab alone."""

@@ -5,7 +5,7 @@ import http.client
 import json
 import re
 import threading
-from pathlib import Path
+from contextlib import ExitStack, contextmanager
 from types import SimpleNamespace
 from urllib.parse import parse_qs
 
@@ -26,7 +26,7 @@ class Views:
     """What views answer without a server: text, bytes, what JSON holds, or an error's status."""
 
     def __init__(self, folder, own, *overlays):
-        self.types, config = Path(own, "types.yaml"), [*map(str, overlays)]
+        self.types, config = own / "types.yaml", [*map(str, overlays)]
         self.session = Session(str(folder), config, commands(), own, types=str(self.types))
 
     def __call__(self, path, body=None, files=()):
@@ -52,9 +52,7 @@ class Views:
 
 
 class Page:
-    """A page by the address that a command prints, asked as a browser asks: with the cookie,
-    unless told otherwise.
-    """
+    """A page by the address that a command prints, asked as a browser asks, unless told else."""
 
     def __init__(self, address):
         self.port, self.token = re.search(rf"http://{HOST}:(\d+)/\?token=(\S+)", address).groups()
@@ -73,30 +71,27 @@ class Page:
         return self.get(path, "POST", body, Origin=self.origin, **headers)
 
 
+@contextmanager
+def served(own, config):
+    """A page of a folder of one file, in a thread."""
+    (own / "curves").mkdir()
+    line(own / "curves" / "line.csv")
+    server = PageServer(Views(own / "curves", own, config).session)
+    loop, ended = asyncio.new_event_loop(), asyncio.Event()
+    thread = threading.Thread(target=loop.run_until_complete, args=(server.serve(ended),))
+    thread.start()
+    yield Page(server.address), own / "curves"
+    loop.call_soon_threadsafe(ended.set)
+    thread.join()
+    loop.close()
+
+
 @pytest.fixture
 def opened(folder, tmp_path_factory):
-    """Opens pages of a folder of one file, each in a thread, and ends them."""
-    pages = []
-
-    def open_page():
-        own = tmp_path_factory.mktemp("served")
-        curves = own / "curves"
-        curves.mkdir()
-        line(curves / "line.csv")
-        server = PageServer(Views(curves, own, folder / "few.yaml").session)
-        loop, ended = asyncio.new_event_loop(), asyncio.Event()
-        thread = threading.Thread(target=loop.run_until_complete, args=(server.serve(ended),))
-        thread.start()
-        pages.append((loop, ended, thread))
-        page = Page(server.address)
-        page.folder = curves
-        return page
-
-    yield open_page
-    for loop, ended, thread in pages:
-        loop.call_soon_threadsafe(ended.set)
-        thread.join()
-        loop.close()
+    """Opens pages, and ends them."""
+    with ExitStack() as stack:
+        new = tmp_path_factory.mktemp
+        yield lambda: stack.enter_context(served(new("served"), folder / "few.yaml"))
 
 
 def line(path, header="time (ms),travel (mm)", spike=0.0):
@@ -119,9 +114,9 @@ def folder(tmp_path_factory):
     (curves / "today.csv").write_text(text.replace("Coil 6 (A)", f'"{odd}"'), encoding="latin-1")
     for seed, phase in enumerate("RYB"):
         pole(curves / f"trip_{phase}.csv", phase, seed, date="21/02/2020", noise=0.01)
-    for name, date in {"old": "25/05/2018", "one": "26/05/2019"}.items():
-        about = {"serial": "HV-7", "noise": 0.01, "channels": 1}
-        write(curves / f"{name}.csv", rate=5.0, date=date, **about)
+    about = {"rate": 5.0, "serial": "HV-7", "noise": 0.01, "channels": 1}
+    write(curves / "old.csv", date="25/05/2018", **about)
+    write(curves / "one.csv", date="26/05/2019", **about)
     line(curves / "line.csv")
     line(curves / "bare.csv", "reading")
     (curves / "<img src=x onerror=alert(1)>.csv").write_text("<script>alert(2)</script>")

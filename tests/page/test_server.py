@@ -18,15 +18,13 @@ LINE = "file=line.csv"
 PAGES = ("/", f"/inspection?{LINE}", f"/values?{LINE}", f"/curves?{LINE}&tab=0", "/static/page.js")
 
 
-@pytest.fixture
-def page(opened):
-    return opened()
-
-
-def test_nobody_else_is_answered_and_nothing_is_loaded_from_elsewhere(page, opened):
+def test_nobody_else_is_answered_and_nothing_is_loaded_from_elsewhere(opened):
+    page, _ = opened()
     refused = [{"Origin": each} for each in ("http://evil.example", "null")]
     refused += [{"Host": each} for each in (HOST, f"evil.example:{page.port}")]
-    refused += [{"Cookie": each} for each in ("", f"breaker-{page.port}=guessed", opened().cookie)]
+    refused += [
+        {"Cookie": each} for each in ("", f"breaker-{page.port}=guessed", opened()[0].cookie)
+    ]
     for path in PAGES:
         assert {page.get(path, **each).status for each in refused} == {403}
         found = page.get(path)
@@ -39,7 +37,8 @@ def test_nobody_else_is_answered_and_nothing_is_loaded_from_elsewhere(page, open
     assert {"HttpOnly", "SameSite=Strict"} <= {*right.headers["Set-Cookie"].split("; ")}
 
 
-def test_nothing_is_changed_for_another_page_or_by_another_method(page, tmp_path):
+def test_nothing_is_changed_for_another_page_or_by_another_method(opened, tmp_path):
+    page, _ = opened()
     crossed = {"Origin": page.origin, "Sec_Fetch_Site": "cross-site"}
     for headers in ({}, {"Origin": "http://evil.example"}, crossed):
         assert page.get(f"/save?{LINE}", "POST", str(tmp_path / "a"), **headers).status == 403
@@ -50,7 +49,8 @@ def test_nothing_is_changed_for_another_page_or_by_another_method(page, tmp_path
     assert not [*tmp_path.iterdir()]
 
 
-def test_files_are_dropped_up_to_a_bound(page):
+def test_files_are_dropped_up_to_a_bound(opened):
+    page, _ = opened()
     part = '--x\r\nContent-Disposition: form-data; name="file"; filename="%s"\r\n\r\n1\r\n'
     body, kind = part % "a.csv" + part % "b.csv" + "--x--\r\n", "multipart/form-data; boundary=x"
     assert page.post("/drop", body, Content_Type=kind).status == 200
@@ -61,40 +61,43 @@ def test_files_are_dropped_up_to_a_bound(page):
         assert b" 200 " not in browser.recv(4096)
 
 
-def test_what_changes_or_goes_while_it_is_shown_is_said(page):
+def test_what_changes_or_goes_while_it_is_shown_is_said(opened):
+    page, folder = opened()
     query = unescape(re.search(r'data-query="(.*?)"', page.get(PAGES[1]).text)[1])
     asked = [f"/{n}?{query}&tab=0" for n in ("curves", "values", "model", "sheet/sheet.html")]
     assert {page.get(each).status for each in asked} == {200}
-    line(page.folder / "line.csv", spike=20.0)
+    line(folder / "line.csv", spike=20.0)
     assert {page.get(each).status for each in asked} == {409}
     assert page.get(PAGES[1]).status == 200
-    away = page.folder.parent / "away"
-    for what, status in ((page.folder, 404), (page.folder / "line.csv", 200)):
+    away = folder.parent / "away"
+    for what, status in ((folder, 404), (folder / "line.csv", 200)):
         what.rename(away)
         assert (page.get(PAGES[1]).status, page.get("/").status) == (404, status)
         away.rename(what)
         assert page.get(PAGES[1]).status == 200
-    (page.folder / "b.csv").touch()
+    (folder / "b.csv").touch()
     assert 'data-count="2"' in page.get("/").text
     for path in ("/inspection", "/inspection?file=../types.yaml", "/values?file=lost.csv"):
         assert page.get(path).status == 404
 
 
-def test_records_are_never_changed_and_windows_do_not_disturb_each_other(page):
-    def state():
-        return [(file, file.stat().st_mtime_ns, file.read_bytes()) for file in named.iterdir()]
+def test_records_are_never_changed_and_windows_do_not_disturb_each_other(opened):
+    page, folder = opened()
 
-    named, plain = page.folder, page.get(PAGES[2]).text
-    before = state()
+    def state():
+        return [(file, file.stat().st_mtime_ns, file.read_bytes()) for file in folder.iterdir()]
+
+    plain, before = page.get(PAGES[2]).text, state()
     for path in (*PAGES, "/?look=1", f"/sheet/sheet.html?{LINE}", f"{PAGES[1]}&set.zero=rest"):
         assert page.get(path).status == 200
     assert page.get(f"{PAGES[2]}&set.sign=-1").text != plain == page.get(PAGES[2]).text
     for name in ("line.csv", "none/a.yaml"):
-        assert page.post(f"/save?{LINE}", str(named / name)).status == REFUSED
+        assert page.post(f"/save?{LINE}", str(folder / name)).status == REFUSED
     assert state() == before
 
 
-def test_what_is_being_written_is_written_though_the_browser_is_closed(page, tmp_path):
+def test_what_is_being_written_is_written_though_the_browser_is_closed(opened, tmp_path):
+    page, _ = opened()
     target = tmp_path / "left.yaml"
     with socket.create_connection((HOST, page.port)) as browser:
         head = f"POST /save?{LINE} HTTP/1.1\r\nHost: {HOST}:{page.port}\r\nOrigin: {page.origin}"
@@ -136,7 +139,9 @@ def test_the_example_leads_to_a_sheet_and_no_request_leaves_the_machine(folder, 
     assert said.read_text() == ""
 
 
-def test_what_hinders_the_command_is_said_on_one_line(page, monkeypatch, capsys):
+def test_what_hinders_the_command_is_said_on_one_line(opened, monkeypatch, capsys):
+    page, folder = opened()
+
     def refused(path):
         raise PermissionError(13, "Permission denied", path)
 
@@ -144,14 +149,13 @@ def test_what_hinders_the_command_is_said_on_one_line(page, monkeypatch, capsys)
         assert main(["view", *map(str, words)]) == 1
         assert capsys.readouterr().err.count("\n") == 1
 
-    named = page.folder
-    for words in ([named / "none"], [named, "--example"], [named, "--port", page.port]):
+    for words in ([folder / "none"], [folder, "--example"], [folder, "--port", page.port]):
         said(*words)
     with monkeypatch.context() as patch:
         patch.setattr("os.listdir", refused)
-        said(named)
+        said(folder)
     monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
-    said(named)
+    said(folder)
 
 
 def test_workers_end_whatever_ends_the_page(folder, tmp_path):
