@@ -2,7 +2,8 @@
 
     python docs/page.py      # needs Debian's chromium and chromium-driver
 
-It is what `breaker view --example` shows, once the newest visit has been clicked.
+It is what `breaker view --example` shows of the newest inspection over the earlier one, once a limit
+on its speed has been set, which it fails.
 """
 
 import re
@@ -17,10 +18,11 @@ from PIL import Image
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
-from tests.browser.chromium import Browser  # noqa: E402
+from tests.browser.chromium import TAB, Browser  # noqa: E402
 
 PICTURE = ROOT / "docs" / "page.png"
-_SIZE, _COLOURS = (1180, 1060), 64
+_SIZE, _COLOURS = (1440, 900), 128
+_SPEED = 1.0  # m/s: above that of the worn drive
 
 
 def main() -> int:
@@ -28,17 +30,17 @@ def main() -> int:
     command = [sys.executable, "-m", "breaker", "view", "--example", "--no-browser"]
     with (
         TemporaryDirectory() as name,
-        subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process,
+        subprocess.Popen(command, stdout=subprocess.PIPE, text=True, cwd=name) as process,
     ):
-        browser = Browser(Path(name), _SIZE[0])
+        browser = Browser(Path(name), _SIZE)
         try:
             browser.open(re.search(r"http://\S+", process.stdout.readline())[0])
-            for each in ("file", "before"):
-                date = {"file": "2026-03-02", "before": "2014-05-12"}[each]
-                browser.click(f'input[name="{each}"][value="visit_{date}.csv"]')
-            browser.click("#list button")
-            browser.find("#html")
-            browser.picture(Path(name, "page.png"), _SIZE[1] + 140)
+            browser.find("#list:not(:has([data-unseen]))")
+            browser.click('a[href^="/inspection?file=visit_2026-03-02.csv"]')
+            browser.type('input[aria-label="least closing speed"]', f"{_SPEED}{TAB}")
+            browser.find(".banner.fail")
+            browser.find("body[data-complete]")
+            browser.picture(Path(name, "page.png"))
             content = Path(name, "page.png").read_bytes()
         finally:
             browser.end()
