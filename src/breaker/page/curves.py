@@ -33,11 +33,7 @@ _MOST = 4000  # points of a curve, twice as many as a screen has columns: ends o
 _AROUND = 0.25, 1.0  # durations of the motion that are shown before and after it
 _SMOOTH = 1.0  # ms on both sides of the straight lines whose slopes are the velocity
 _HEIGHTS = {
-    "travel": 280,
-    "velocity": 105,
-    "contact": 75,
-    "test current": 75,
-    "coil": 85,
+    **{"travel": 280, "velocity": 105, "contact": 75, "test current": 75, "coil": 85},
     "resistance": 190,
 }
 _AXES = {"travel": "travel (mm)", "velocity": "velocity (m/s)", "resistance": "resistance (µΩ)"}
@@ -67,7 +63,8 @@ class Tab(NamedTuple):
 
 class Channel(NamedTuple):
     """A curve: its panel, phase, name, times after the tab's origin in ms, and values, ``(n,)``; a
-    resistance has travels in place of times. Its look is "", "faint" for doubtful samples, or "earlier" or "reference" for other records.
+    resistance has travels in place of times. Its look is "", "faint" for doubtful samples, or
+    "earlier" or "reference" for other records.
     """
 
     panel: str
@@ -185,9 +182,7 @@ def drawn(tab: Tab, diagnosis: Diagnosis, files: Files, dark: bool, own: Mapping
     """Return a tab as an item for ``Bokeh.embed.embed_item``; ``own`` are colours of phases."""
     colours = phase_colours(tab.phases, own)
     if dark:
-        colours = {
-            phase: colour.replace("#000000", _INK[True]) for phase, colour in colours.items()
-        }
+        colours = {name: each.replace("#000000", _INK[True]) for name, each in colours.items()}
     channels, (_, axis) = channels_of(tab, diagnosis, files), origins_of(tab)
     return _item(channels, _window(tab), axis, colours, dark)
 

@@ -10,7 +10,6 @@ from typing import Any
 
 import yaml
 
-from breaker.cli.outputs import whole
 from breaker.common.text import bare
 from breaker.configuration.definitions import types_of
 from breaker.records.files import read_bytes
@@ -67,9 +66,12 @@ def import_types(file: str, config: Mapping[str, Any], content: bytes) -> int:
 
 def _write(file: str, config: Mapping[str, Any], types: Mapping[str, Any]) -> None:
     """Write types once they have been checked; the file before is kept beside it."""
-    with whole(file) as part:
-        text = yaml.safe_dump(types, sort_keys=False, allow_unicode=True)
+    part, text = Path(f"{file}.new"), yaml.safe_dump(types, sort_keys=False, allow_unicode=True)
+    try:
         part.write_text(text, encoding="utf-8")
         types_of({**config, "types": str(part)})
         if os.path.exists(file):  # its comments are not kept
             Path(f"{file}.before").write_bytes(read_bytes(file))
+        os.replace(part, file)
+    finally:
+        part.unlink(missing_ok=True)
