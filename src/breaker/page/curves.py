@@ -282,6 +282,7 @@ def _panel(
         legend = Legend(items=own, click_policy="hide", orientation="horizontal", padding=2)
         legend.update(label_text_font_size="11px", border_line_color=None, margin=0)
         found.add_layout(legend, "above")
+    found.axis.axis_label_text_font_size = "12px"
     found.min_border_left = 56  # so that panels share their axes
     return found
 
