@@ -98,7 +98,7 @@ def read_choices(query: Mapping[str, Sequence[str]]) -> Choices:
 def _value(key: str, text: str) -> Any:
     """Return the value of a setting: the configuration is checked as a whole where it is read."""
     if not text:
-        return FORMAT[key]
+        return None if key.endswith("_column") else FORMAT[key]
     try:
         return json.loads(text.replace(",", ".") if key in ("rate", "ratio", "zero") else text)
     except ValueError:
