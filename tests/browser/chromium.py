@@ -134,7 +134,7 @@ class Browser:
         return [each["params"]["request"]["url"] for each in sent]
 
     @staticmethod
-    def until(found, what: str, most: float = 60.0):
+    def until(found, what: str, most: float = 120.0):
         """What is found, once it is."""
         end = time.monotonic() + most
         while not (value := found()):
