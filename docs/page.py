@@ -2,8 +2,8 @@
 
     python docs/page.py      # needs Debian's chromium and chromium-driver
 
-It is what `breaker view --example` shows of the newest inspection over the earlier one, once a limit
-on its speed has been set, which it fails.
+It is what `breaker view --example` shows of the newest inspection over the earlier one, once a
+limit on its speed has been set, which it fails.
 """
 
 import re
