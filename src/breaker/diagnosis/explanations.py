@@ -83,7 +83,8 @@ def explain(
             force as with a ratio, and only a recorded contact separates the two.
     """
     shapes = np.concatenate([mean.seen.way[0] for mean in pair.first.values()])
-    before, today = (_durations(means) for means in (pair.first, pair.second))
+    means = [*pair.first.values(), *pair.second.values()]
+    before, today = np.log([mean.seen.duration[0] for mean in means]).reshape(2, -1)
     slopes, errors = regressions[tuple(pair.first)].of(shapes, before[-1] - before[0])
     scatter = USUAL_SCATTER**2 * (slopes.T @ slopes + errors.sum(axis=0))
     shape = 0.0 if same_transducer else _SHAPE  # the same one has not been mounted again
@@ -198,11 +199,6 @@ class _MeanChange(NamedTuple):
         precision, score = self.way[there] @ solved
         ends = score + NORMAL[90] * np.sqrt(precision) * np.array([-1.0, 0.0, 1.0])
         return (100.0 * ends / precision).tolist()
-
-
-def _durations(means: Mapping[str, Mean]) -> np.ndarray:
-    """Return logarithms of the durations of each motion."""
-    return np.log([float(mean.seen.duration[0]) for mean in means.values()])
 
 
 def _hypotheses(

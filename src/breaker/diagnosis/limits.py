@@ -164,10 +164,8 @@ def simultaneity_of(poles: Sequence[Mapping], limits: Mapping[str, float | None]
         if zero is None or "contact_time" not in fit:
             unknown.append(phase)
         else:
-            times[phase] = (
-                fit["first_motion"] + fit["contact_time"] - zero,
-                fit.get("contact_sd", 0.0),
-            )
+            at = fit["first_motion"] + fit["contact_time"] - zero
+            times[phase] = at, fit.get("contact_sd", 0.0)
     if len(times) < 2:
         about = {"event": EVENTS[motion], "poles": ", ".join(unknown)}
         return found | {"reason": note_of(say(f"simultaneity-unknown-by-{base}", **about))}

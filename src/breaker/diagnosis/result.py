@@ -53,9 +53,8 @@ def result_of(diagnosis: "Diagnosis") -> Result:
             simultaneity_of(poles, most) for poles in operations_of(records) if len(poles) > 1
         ],
     }
-    return plainly(
-        {"verdict": worst(verdict for verdict, *_ in limits_of(result)) or None, **result}
-    )
+    verdict = worst(verdict for verdict, *_ in limits_of(result)) or None
+    return plainly({"verdict": verdict, **result})
 
 
 def limits_of(result: Result) -> Iterator[tuple[str, str, str]]:
