@@ -101,6 +101,14 @@ def test_content_proves_a_format_whatever_the_ending(ending, format_, name, tmp_
         told(other, lambda: read_columns(other, settings))
 
 
+@pytest.mark.parametrize("ending", [".xls", ".xlsb", ".ods"])
+def test_a_workbook_of_another_kind_is_refused_with_the_remedy(ending, tmp_path):
+    """Planted: .ods is read as a text."""
+    file = tmp_path / f"a{ending}"
+    file.write_bytes(b"time,travel\ns,mm\n0.1,1\n0.2,2\n")
+    assert ".xlsx" in told(file, lambda: read_columns(file, complete({})))
+
+
 def test_contact_and_trigger_of_any_kind_of_file(tmp_path):
     """By name or number."""
     contact, coil = np.where(TIME > 3, 4e-5, 9.9e37), (TIME > 1) * 2.5  # of resistance, in ohm
