@@ -135,9 +135,6 @@ class QuantityChange(Plain):
         return name if self.motion in self.name else f"{name} ({self.motion})"
 
 
-# ---- measured quantities ---------------------------------------------------------------------
-
-
 def measured_changes(pair: Pair, speeds: Sequence[Speed]) -> list[QuantityChange]:
     """Return the change of each quantity of a motion that records of both inspections show."""
     rows = []
@@ -212,9 +209,6 @@ def mean_error(readings: Sequence[np.ndarray], name: str, stroke: float) -> floa
         known = np.nan_to_num(np.square(some[:, 1])).mean()
         total += max(known, shrunk_variance(squares, seen, known + usual)) / len(some)
     return float(np.sqrt(total))
-
-
-# ---- parameters ------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, eq=False)

@@ -28,7 +28,6 @@ _OTHER_UNIT = 20.0
 _NEVER_SMALL = ("stroke", "speed", "closing_time", "opening_time", "travel_time")
 _NEVER_SMALL += ("touch_time", "separation_time")
 
-
 Verdict = Mapping[str, object]
 """The verdict on a limit, "pass" or "fail" where the 95 % interval lies on one side of each bound,
 else "inconclusive" with a "reason"; and the value, interval and "bounds" of each of its "parts".
