@@ -32,8 +32,8 @@ from breaker.records.settings import FORMAT
 from breaker.records.sheet import Sheet
 from breaker.records.table_proposal import Description
 
-_KEPT = 4  # inspections that are kept, so that going back to one is quick
-_OPEN = 2  # inspections whose files are kept open
+_KEPT = 2  # inspections that are kept, so that going back to one is quick
+_OPEN = 1  # inspections whose files are kept open
 _LOOKS = 0.5  # s, for which files of a list are described before it is shown again
 _DROPPED = 256 * 2**20  # bytes of all dropped files: four of the largest records
 _NONE = {"reference": None, "tolerance": None}  # options that the page does not have
