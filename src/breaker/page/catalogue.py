@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from breaker.common.numerals import natural
-from breaker.page.choices import id_of
+from breaker.page.choices import id_of, name_of
 from breaker.records.dates import one_date
 from breaker.records.file_names import phases_in_names
 from breaker.records.files import is_store
@@ -18,6 +18,10 @@ from breaker.records.words import motions_in
 
 MOST = 10_000
 """Files of a list: more are the records of a life, for which the workflow is made."""
+_ISO = 10  # characters of a date that is clear
+
+DROPPED = "Dropped files"
+"""Folder and heading of files that were dropped on the page."""
 
 
 class Inspection(NamedTuple):
@@ -43,7 +47,7 @@ class Inspection(NamedTuple):
     @property
     def name(self) -> str:
         """Name of the first file."""
-        return Path(self.files[0]).name
+        return Path(name_of(self.files[0])).name
 
 
 def find_files(folder: Path) -> dict[str, str]:
@@ -76,13 +80,16 @@ def inspections_of(
         about = described.get(name, Description())
         breaker, date = _breaker_of(name, about), _date_of(path, about)
         undated = _without(Path(path).stem, phases.get(name, "")) if not date else ""
+        if breaker == DROPPED:  # an inspection of its own, that the user finds again
+            undated = os.path.dirname(path)
         reason = about.reason and name
         groups.setdefault((breaker, date, undated, reason), []).append(name)
     found = [
         _inspection(names, breaker, date, described, phases)
         for (breaker, date, *_), names in groups.items()
     ]
-    return sorted(found, key=lambda one: (natural(one.breaker), one.date, natural(one.name)))
+    order = lambda one: (natural(one.breaker), one.date, natural(one.name))  # noqa: E731
+    return sorted(found, key=lambda one: (one.breaker != DROPPED, order(one)))
 
 
 def _inspection(
@@ -128,6 +135,8 @@ def _without(stem: str, phase: str) -> str:
 
 def _breaker_of(name: str, about: Description) -> str:
     """Return station, bay and serial number as the file states them, or else its folder."""
+    if name.startswith(id_of(f"{DROPPED}/")):
+        return DROPPED
     stated = about.preamble
     parts = filter(None, (stated.station, stated.bay, stated.serial))
     return ", ".join(" ".join(part.split()) for part in parts) or " / ".join(_own_folders(name))
@@ -139,11 +148,13 @@ def _own_folders(name: str) -> Iterator[str]:
 
 
 def _date_of(path: str, about: Description) -> str:
-    return one_date("", about.preamble.dates, path)[:10]
+    """Return the date of a file; both, where day and month may be either."""
+    dates = about.preamble.dates
+    return one_date("", dates, path)[:10] or " or ".join(each[:10] for each in dates)
 
 
-def earlier_than(one: Inspection, every: Iterable[Inspection]) -> list[Inspection]:
-    """Return the earlier inspections of the same breaker, the last first."""
-    same = (other for other in every if other.breaker == one.breaker and other.seen)
-    found = [other for other in same if one.date and "" < other.date < one.date]
+def earlier_than(one: Inspection, same: Iterable[Inspection]) -> list[Inspection]:
+    """Return the earlier inspections among those of the same breaker, the last first."""
+    dated = [other for other in (*same, one) if other.seen and len(other.date) == _ISO]
+    found = [other for other in dated if other.date < one.date] if one in dated else []
     return sorted(found, key=lambda other: other.date, reverse=True)

@@ -233,7 +233,9 @@ def _item(
         for name, dash in (("cursor1", "solid"), ("cursor2", "dotted")):
             look = {"line_color": _INK[dark], "line_dash": dash, "visible": False}
             each.add_layout(Span(dimension="height", name=name, **look))
-        each.add_layout(BoxAnnotation(name="spot", fill_alpha=0.15, visible=False))
+        each.add_layout(
+            BoxAnnotation(name="spot", fill_color="#2f7fd0", fill_alpha=0.15, visible=False)
+        )
     grid = gridplot(
         [[each] for each in figures], toolbar_location="right", sizing_mode="stretch_width"
     )
@@ -267,7 +269,7 @@ def _panel(
     for each in channels:
         time, values = each.time, each.values
         if not over_travel:
-            time, values = thinned(each, x_range.start, x_range.end)
+            time, values = thinned(each, x_range.start, x_range.end, panel != "velocity")
         source = ColumnDataSource({"x": time, "y": values}, name=f"{each.phase} {each.name}")
         colour = ink if each.look == "reference" else colours[each.phase]
         line = found.line(
@@ -293,20 +295,23 @@ def _add_marks(found: Any, ink: str) -> None:
     found.segment("x0", "y0", "x1", "y1", source=zones, **look)
     marks = ColumnDataSource({name: [] for name in _MARK}, name="marks")
     glyph = found.scatter("x", "y", source=marks, marker="diamond", size=9, color="colour")
-    look = {"x_offset": 7, "y_offset": 4, "text_color": ink, "text_font_size": "11px"}
+    look = {"x_offset": 7, "y_offset": -8, "text_color": ink, "text_font_size": "11px"}
     found.text("x", "y", "label", source=marks, **look)
     tips = [("", "@name"), ("ms", "@x{0.00}"), ("mm", "@y{0.00}")]
     found.add_tools(HoverTool(renderers=[glyph], tooltips=tips))
 
 
-def thinned(channel: Channel, begin: float, end: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return times and values ``(m,)`` of a curve about a window: all, or the ends of each part.
+def thinned(
+    channel: Channel, begin: float, end: float, around: bool = True
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return times and values ``(m,)`` of a curve in a window, and ``around`` it for as long: all,
+    or the ends of each part.
 
     >>> some = Channel("travel", "", "", np.arange(20_000.0), np.arange(20_000.0))
     >>> thinned(some, 0.0, 20_000.0)[0].size, thinned(some, 10.0, 19.0)[0].size
     (4000, 28)
     """
-    wide = end - begin
+    wide = around * (end - begin)
     first, last = np.searchsorted(channel.time, (begin - wide, end + wide))
     kept = np.arange(first, last)
     if kept.size > _MOST:

@@ -19,7 +19,7 @@ from urllib.parse import urlencode
 from breaker.common.text import bare
 from breaker.diagnosis.report import Report, report_of
 from breaker.diagnosis.session import Diagnosis
-from breaker.page.catalogue import Inspection, find_files, inspections_of
+from breaker.page.catalogue import DROPPED, Inspection, find_files, inspections_of
 from breaker.page.choices import Choices, SettingRow, id_of, overlay_text, rows_of
 from breaker.page.types import read_types
 from breaker.records.description import describe_file
@@ -157,7 +157,7 @@ class Session:
                 "disk removed? Put it back and load this page again"
             )
         dropped = find_files(self.dropped) if self.dropped.is_dir() else {}
-        return found | {id_of(f"dropped/{name}"): path for name, path in dropped.items()}
+        return {id_of(f"{DROPPED}/{name}"): path for name, path in dropped.items()} | found
 
     def inspections(self, look: bool = True) -> list[Inspection]:
         """Return the inspections of the list. Files are described for half a second at most, so
@@ -186,7 +186,13 @@ class Session:
         for name, content in parts:
             if Path(name).name != name or name in ("", ".", "..") or "\0" in name:
                 raise ValueError(f"{printable(name)} is no name of a file; drop files, not folders")
-            (folder / name).write_bytes(content)
+            place, number = folder / name, 2
+            while place.exists():
+                place, number = (
+                    folder / f"{Path(name).stem} ({number}){Path(name).suffix}",
+                    number + 1,
+                )
+            place.write_bytes(content)
 
     # ---- an inspection ----
 
@@ -204,12 +210,13 @@ class Session:
         """
         files, before = (self._paths(some) for some in (choices.files, choices.before))
         named = (*files, *before, *self.overlays, self.types)
-        states = tuple(map(_state, named))
+        states = tuple(map(_state, named))  # the last one is that of the types
         now = f"{hash(states) & 0xFFFFFFFFFFFF:x}"
         if state not in ("", now):
             raise ChangedError("a file has changed since this page was shown: load the page again")
-        opened = self._once("files", states, Files, _OPEN)
-        find = lambda: self._read(choices, files, before, opened, now)  # noqa: E731
+        opened = self._once("files", states[:-1], Files, _OPEN)
+        same = choices.query, states[:-1]
+        find = lambda: self._read(choices, files, before, opened, now, same)  # noqa: E731
         found = self._once("shown", (choices.query, states), find, _KEPT)
         return self._once("shown", (found.choices.query, states), lambda: found, _KEPT)
 
@@ -224,7 +231,13 @@ class Session:
         return [files[name] for name in identities]
 
     def _read(
-        self, choices: Choices, files: list[str], before: list[str], opened: Files, state: str
+        self,
+        choices: Choices,
+        files: list[str],
+        before: list[str],
+        opened: Files,
+        state: str,
+        same: Hashable,
     ) -> Shown:
         config = self.config
         first = files[0] if not is_folder(files[0]) else next(iter(record_files(files[0])), "")
@@ -236,16 +249,20 @@ class Session:
             base |= {**proposal.settings, **dict.fromkeys(proposal.lacking)}
         chosen = {k: v for k, v in choices.settings.items() if v != base[k] or k == _TRAVEL}
         choices = choices._replace(settings=chosen)
-        form = {key: v for key, v in {**base, **chosen}.items() if v != own[key]}
         name = self.type_of(choices, files)
-        known = any(bare(each) == bare(name) for each in read_types(self.types, config))
+        types = read_types(self.types, config).items()
+        known = [entry for each, entry in types if bare(each) == bare(name)]
+        if {"ratio", "travel_unit", _TRAVEL} & {*chosen, *(known[0] if known else ())}:
+            base["stroke"] = FORMAT["stroke"]  # the proposal's is of its own scale
+        form = {key: v for key, v in {**base, **chosen}.items() if v != own[key]}
         overlay = overlay_text(form, self.types if known else None)
         channels, diagnosis = [str(chosen[_TRAVEL])] if _TRAVEL in chosen else [], None
-        about = {"files": files, "before": before, "channel": channels, "type": name * known}
+        about = {"files": files, "before": before, "channel": channels, "type": name * bool(known)}
         try:
             with self._overlay(overlay) as written:
                 options = Namespace(**about, **_NONE, config=written, same_transducer=choices.same)
                 diagnosis = self.commands.read_of(options, opened)
+                diagnosis = self._with_other_limits(diagnosis, same)
                 trouble = ""
         except (ValueError, OSError) as error:
             trouble = re.sub(rf"{re.escape(str(self.own))}\S*/(?=my\.yaml)", "", str(error))
@@ -253,6 +270,18 @@ class Session:
         remarks = proposal.remarks if proposal else ()
         about = diagnosis, sheet, opened, state
         return Shown(choices, overlay, rows, remarks, trouble, *about)
+
+    def _with_other_limits(self, new: Diagnosis, same: Hashable) -> Diagnosis:
+        """Return a diagnosis; if nothing but its limits changed, with the estimates of before."""
+        old = self._once("estimated", same, lambda: new, _KEPT)
+        about = [{**each.config, "limits": None, "types": None} for each in (old, new)]
+        if old is new or about[0] != about[1]:
+            self._kept["estimated"].pop(same)
+            return self._once("estimated", same, lambda: new, _KEPT)
+        found = replace(old, config=new.config, limits=new.limits, type=new.type)
+        if "estimates" in vars(old):
+            vars(found)["estimates"] = old.estimates
+        return found
 
     def type_of(self, choices: Choices, files: Sequence[str] = ()) -> str:
         """Return the type of the breaker: the one that is chosen, or else stated by its file."""

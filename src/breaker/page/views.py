@@ -115,11 +115,10 @@ def _list(asked: Asked) -> Answer:
         groups.setdefault(each.breaker, []).append(each)
     count = sum(len(each.files) for each in found)
     seen = sum(len(each.files) for each in found if each.seen)
-    before = {each: earlier_than(each, found)[:1] for each in found}
-    links = {
-        each: Choices(each.files, before[each][0].files if before[each] else ()).query
-        for each in found
-    }
+    links = {}
+    for each in found:
+        before = earlier_than(each, groups[each.breaker])[:1]
+        links[each] = Choices(each.files, before[0].files if before else ()).query
     page = _page("list.html", folder=folder, groups=groups, links=links, count=count, seen=seen)
     return Answer(page)
 
@@ -133,7 +132,9 @@ def _verdict(asked: Asked) -> Answer:
         text = "; ".join([str(text)] * bool(verdict) + rejected[:1])
         return Answer({"verdict": verdict or "none", "text": visible_text(text)})
     except (ValueError, OSError) as error:
-        return Answer({"verdict": "unread", "text": visible_text(str(error).splitlines()[0])})
+        return Answer(
+            {"verdict": "unread", "text": visible_text(str(error).splitlines()[-1].strip())}
+        )
 
 
 def _drop(asked: Asked) -> Answer:
@@ -152,7 +153,8 @@ def _inspection(asked: Asked) -> Answer:
     chosen, diagnosis = shown.choices, shown.diagnosis
     every = session.inspections(look=False)
     own = next((one for one in every if set(chosen.files) <= set(one.files)), None)
-    earlier = earlier_than(own, every) if own else []
+    same = [one for one in every if own and one.breaker == own.breaker]
+    earlier = earlier_than(own, same) if own else []
     tabs = curves.tabs_of(diagnosis.records) if diagnosis else []
     known, name = types.read_types(session.types, session.config), session.type_of(chosen)
     page = _page(

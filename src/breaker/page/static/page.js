@@ -178,7 +178,7 @@ async function saveLimit(event) {
 }
 
 async function fillInspection() {
-  await showTab(0);
+  await showTab(0).catch((error) => { byId("curves").textContent = error.message; });
   document.body.dataset.drawn = Math.round(performance.now());
   if (byId("screen").hasAttribute("data-trouble")) return;
   put(await (await ask(`/values?${query()}`)).json());
