@@ -184,7 +184,7 @@ def test_dropped_files_have_a_bound_and_are_kept_apart_and_data_alone_say_what_t
         ask("/drop", b"", some)
     text = ask.listed()
     assert ('data-count="13"' in text, "rec.cfg" in text) == (True, True)
-    same = re.findall(r'"/inspection\?(file=dropped\S*?same\.csv)"', text)
+    same = re.findall(r'"/inspection\?(file=Dropped\S*?same\.csv)"', text)
     shown = ["doubtful" in str(curves(ask, f"{each}&tab=0").keys()) for each in same]
     assert sorted(shown) == [False, True]
     for name in ("", "..", "a/b.csv", "a\0.csv"):
