@@ -75,7 +75,8 @@ def test_phases_have_the_colours_of_their_names():
     lines = phase_colours(["L3", "L1", "L2"])
     assert [*lines.values()] == [phase_colours("UVW")[each] for each in "WUV"]
     assert lines["L2"] == "#000000"
-    for others in ("RST", ["Travel 1", "R"], [""]):
+    assert [*phase_colours("RST").values()] == [red, amber, blue]
+    for others in (["Travel 1", "R"], [""]):
         assert len({*phase_colours(others).values()} - {red}) == len(others)
 
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
+from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -89,7 +90,9 @@ def _change(axis: Axes, y: int, row: "QuantityChange", extent: float) -> None:
         axis.annotate(p.signed(f"{middle} % ({low} to {high})"), (at * extent, y), **place)
 
 
-def curves(panels: Sequence["Panel"], own: Mapping[str, str]) -> Iterator[Figure]:
+def curves(
+    panels: Sequence["Panel"], own: Mapping[str, str] = MappingProxyType({})
+) -> Iterator[Figure]:
     """Draw pictures of each motion of a test, for a page of A4 whose text is 7 inches wide: travel
     with its marks; resistances, coils with other contacts, and differences from a reference, where
     there are any. No panel is less than 60 mm high, and no letter below 9 pt. ``own`` are colours

@@ -309,7 +309,7 @@ def thinned(
 
     >>> some = Channel("travel", "", "", np.arange(20_000.0), np.arange(20_000.0))
     >>> thinned(some, 0.0, 20_000.0)[0].size, thinned(some, 10.0, 19.0)[0].size
-    (4000, 28)
+    (4000, 27)
     """
     wide = around * (end - begin)
     first, last = np.searchsorted(channel.time, (begin - wide, end + wide))
