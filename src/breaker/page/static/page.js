@@ -148,6 +148,7 @@ function put(answer) {
     byId(id).replaceChildren(...new DOMParser().parseFromString(html, "text/html").body.childNodes);
   }
   byId("remarkcount").textContent = answer.counts.remarks;
+  byId("remarkbox").hidden = !answer.counts.remarks;
   marks = answer.marks;
   for (const each of all(".spot")) each.addEventListener("click", () => showSpot(each));
 }
