@@ -88,8 +88,8 @@ def test_a_type_has_its_speed_zone_and_ratio(ask):
     ask.set("T", "speeds.closing_speed", "20 % of stroke", "50 % of stroke")
     speed, _, spot = value(ask, query, "closing_speed")
     assert (speed, *spot) == pytest.approx((100 / 60, 62.0, 80.0), rel=2e-3)
-    ask.set("T", "ratio", "1.05")
-    assert value(ask, query, "stroke")[0] == pytest.approx(105.0, rel=1e-3)
+    ask.set("T", "ratio", "0.5")
+    assert value(ask, query, "stroke")[0] == pytest.approx(50.0, rel=1e-3)
     assert value(ask, LINE, "stroke")[0] == pytest.approx(100.0, rel=1e-3)
 
 
