@@ -43,11 +43,19 @@ def set_of_type(
     name = next((known for known in types if bare(known) == bare(name)), name.strip())
     entry = types.setdefault(name, {})
     held, place = (entry.setdefault(section, {}), quantity) if quantity else (entry, section)
-    values = [yaml.safe_load(end.replace(",", ".")) for end in ends]
+    values = [_number(end) for end in ends]
     held[place] = values if quantity else values[0]
     if values == [None] * len(values):
         del held[place]
     _write(file, config, types)
+
+
+def _number(text: str) -> float | str | None:
+    """Return a text as a number if it is one; None of an empty one."""
+    try:
+        return float(text.replace(",", "."))
+    except ValueError:
+        return text.strip() or None
 
 
 def import_types(file: str, config: Mapping[str, Any], content: bytes) -> int:

@@ -89,7 +89,6 @@ def _templates() -> jinja2.Environment:
         lstrip_blocks=True,
     )
     found.filters |= {"printable": printable, "lines": visible_text, "tone": tone_of}
-    found.filters |= {"json": json.dumps}
     return found
 
 
@@ -132,9 +131,8 @@ def _verdict(asked: Asked) -> Answer:
         text = "; ".join([str(text)] * bool(verdict) + rejected[:1])
         return Answer({"verdict": verdict or "none", "text": visible_text(text)})
     except (ValueError, OSError) as error:
-        return Answer(
-            {"verdict": "unread", "text": visible_text(str(error).splitlines()[-1].strip())}
-        )
+        reason = visible_text(str(error).splitlines()[-1].strip())
+        return Answer({"verdict": "unread", "text": reason})
 
 
 def _drop(asked: Asked) -> Answer:
@@ -210,13 +208,11 @@ def _values(asked: Asked) -> Answer:
         (table.title, table.notes, _document([replace(table, title="", notes=())]))
         for table in compared
     ]
+    tables = [values.table_of(*pair, diagnosis) for pair in pairs]
     remarks = [remarks_table(diagnosis.result), rejected_table(diagnosis.result)]
     parts = {
         "verdict": _page("verdict.html", verdict=verdict, words=words, warnings=warnings),
-        "values": _page(
-            "values.html",
-            tables=[values.table_of(*pair, diagnosis) for pair in pairs],
-        ),
+        "values": _page("values.html", tables=tables),
         "changes": _page("changes.html", changes=changes),
         "model": _document([state_table(diagnosis.result)] if with_model else []),
         "remarks": _document(remarks),
@@ -233,9 +229,10 @@ def _document(tables: list) -> Markup:
 
 
 def _sheet(asked: Asked) -> Answer:
-    ending = Path(asked.rest).suffix
-    content = asked.session.sheet(asked.choices, asked.text("state"), ending)
     kinds = {".pdf": "application/pdf", ".html": "text/html"}
+    if (ending := Path(asked.rest).suffix) not in kinds:
+        raise MissingError("a sheet is HTML or a PDF")
+    content = asked.session.sheet(asked.choices, asked.text("state"), ending)
     name = f'attachment; filename="sheet{ending}"'
     return Answer(content, {"Content-Type": kinds[ending], "Content-Disposition": name})
 
