@@ -88,8 +88,11 @@ def inspections_of(
         _inspection(names, breaker, date, described, phases)
         for (breaker, date, *_), names in groups.items()
     ]
-    order = lambda one: (natural(one.breaker), one.date, natural(one.name))  # noqa: E731
-    return sorted(found, key=lambda one: (one.breaker != DROPPED, order(one)))
+    found.sort(key=lambda one: natural(one.name))
+    found.sort(key=lambda one: one.date, reverse=True)  # the newest first
+    return sorted(
+        found, key=lambda one: (one.breaker != DROPPED, not one.breaker, natural(one.breaker))
+    )
 
 
 def _inspection(

@@ -193,6 +193,9 @@ class Session:
                     number + 1,
                 )
             place.write_bytes(content)
+        if not find_files(folder):
+            names = ", ".join(printable(name) for name, _ in parts)
+            raise ValueError(f"{names}: no export among them; drop text, Excel or COMTRADE files")
 
     # ---- an inspection ----
 
@@ -255,7 +258,8 @@ class Session:
         if {"ratio", "travel_unit", _TRAVEL} & {*chosen, *(known[0] if known else ())}:
             base["stroke"] = FORMAT["stroke"]  # the proposal's is of its own scale
         form = {key: v for key, v in {**base, **chosen}.items() if v != own[key]}
-        overlay = overlay_text(form, self.types if known else None)
+        of_types = self.types if known or (not name and os.path.exists(self.types)) else None
+        overlay = overlay_text(form, of_types)
         channels, diagnosis = [str(chosen[_TRAVEL])] if _TRAVEL in chosen else [], None
         about = {"files": files, "before": before, "channel": channels, "type": name * bool(known)}
         try:
@@ -265,8 +269,11 @@ class Session:
                 diagnosis = self._with_other_limits(diagnosis, same)
                 trouble = ""
         except (ValueError, OSError) as error:
-            trouble = re.sub(rf"{re.escape(str(self.own))}\S*/(?=my\.yaml)", "", str(error))
+            trouble = re.sub(rf"{re.escape(str(self.own))}\S*/my\.yaml, line \d+: ", "", str(error))
         rows = rows_of(base, None if configured else proposal, sheet, chosen, diagnosis)
+        wrong = [key for key in chosen if f"endurance.format.{key} " in trouble]
+        rows = [row._replace(state="missing") if row.key in wrong else row for row in rows]
+        rows.sort(key=lambda row: row.key not in wrong)
         remarks = proposal.remarks if proposal else ()
         about = diagnosis, sheet, opened, state
         return Shown(choices, overlay, rows, remarks, trouble, *about)
@@ -293,7 +300,7 @@ class Session:
     def _description_of(self, path: str) -> Description:
         state = _state(path)
         if state not in self._described:
-            self._described[state] = describe_file(path)
+            self._described[state] = Description() if is_folder(path) else describe_file(path)
         return self._described[state]
 
     def diagnosis(self, choices: Choices, state: str = "") -> Diagnosis:

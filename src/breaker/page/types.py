@@ -12,6 +12,7 @@ import yaml
 
 from breaker.common.text import bare
 from breaker.configuration.definitions import types_of
+from breaker.configuration.loading import ConfigurationError
 from breaker.records.files import read_bytes
 
 _KEYS = ("limits", "speeds", "ratio")  # of an entry, which the page sets
@@ -44,6 +45,8 @@ def set_of_type(
     entry = types.setdefault(name, {})
     held, place = (entry.setdefault(section, {}), quantity) if quantity else (entry, section)
     values = [_number(end) for end in ends]
+    if section == "speeds":  # a number alone is a share of the stroke
+        values = [_share(each) for each in values]
     held[place] = values if quantity else values[0]
     if values == [None] * len(values):
         del held[place]
@@ -56,6 +59,12 @@ def _number(text: str) -> float | str | None:
         return float(text.replace(",", "."))
     except ValueError:
         return text.strip() or None
+
+
+def _share(point: float | str | None) -> str | None:
+    """Return a point of a speed; a number, or one in percent, is a share of the stroke."""
+    share = _number(str(point or "").removesuffix("%"))
+    return f"{share:g} % of stroke" if isinstance(share, float) else point
 
 
 def import_types(file: str, config: Mapping[str, Any], content: bytes) -> int:
@@ -77,7 +86,10 @@ def _write(file: str, config: Mapping[str, Any], types: Mapping[str, Any]) -> No
     part, text = Path(f"{file}.new"), yaml.safe_dump(types, sort_keys=False, allow_unicode=True)
     try:
         part.write_text(text, encoding="utf-8")
-        types_of({**config, "types": str(part)})
+        try:
+            types_of({**config, "types": str(part)})
+        except ConfigurationError as error:
+            raise ConfigurationError(str(error).replace(f"{part}: ", "")) from error
         if os.path.exists(file):  # its comments are not kept
             Path(f"{file}.before").write_bytes(read_bytes(file))
         os.replace(part, file)

@@ -19,12 +19,11 @@ _NAMED = 4  # values in the verdict; the table shows all of them
 
 
 class Value(NamedTuple):
-    """A value of a pole: its text, half of its 95 % interval, its tone, and where the curve shows
-    it, from and to in ms of the tab; empty where that is nowhere.
+    """A value of a pole: its text, its tone, and where the curve shows it, from and to in ms of the
+    tab; empty where that is nowhere.
     """
 
     text: str
-    half: str
     tone: str
     spot: tuple[float, ...]
 
@@ -34,7 +33,7 @@ class Row(NamedTuple):
 
     Attributes:
         name, words, unit, zone: Name, name in words, unit, and zone of a speed.
-        values: Value of each phase.
+        values, half: Value of each phase, and half of the widest 95 % interval.
         low, high: Bounds of its limit, as texts; empty for none.
         deviation: How far the worst pole is from the middle of its bounds, or beyond its bound.
         verdict: Verdict on it; empty without a limit.
@@ -45,6 +44,7 @@ class Row(NamedTuple):
     unit: str
     zone: str
     values: Sequence[Value]
+    half: str
     low: str
     high: str
     deviation: str
@@ -109,22 +109,23 @@ def _row(
     limits = [_limit_on(name, record) for record in records]
     about = next(value for value in values if "unit" in value)
     bounds = next((limit["parts"][0]["bounds"] for limit in limits if limit), [None, None])
-    cells = []
+    cells, halves = [], []
     for value, limit, own in zip(values, limits, spots, strict=True):
         if "interval_95" not in value:
-            cells.append(Value("–", "", "faint", ()))
+            cells.append(Value("–", "faint", ()))
             continue
-        half = in_digits(float(np.ptp(value["interval_95"])) / 2.0, 2)
+        halves.append(float(np.ptp(value["interval_95"])) / 2.0)
         text = in_digits(value["median"], 4) + "*" * (value["source"] == "mixed")
         tone = tone_of(RESULTS[limit["verdict"]]) if limit else ""
-        cells.append(Value(text, half, tone, tuple(own.get(name, ()))))
+        cells.append(Value(text, tone, tuple(own.get(name, ()))))
     verdict = worst(limit["verdict"] for limit in limits if limit)
     known = [value["median"] for value in values if value.get("median") is not None]
     ends = ["" if bound is None else in_digits(bound, 6) for bound in bounds]
     words = in_words(name)
     zone = value_zone if name not in OF_STROKE and (value_zone := about.get("zone")) else ""
     deviation = _deviation(known, bounds)
-    return Row(name, words, about["unit"], zone, cells, *ends, deviation, verdict)
+    half = in_digits(max(halves), 2)
+    return Row(name, words, about["unit"], zone, cells, half, *ends, deviation, verdict)
 
 
 def _limit_on(name: str, record: RecordResult) -> Mapping[str, Any] | None:

@@ -163,6 +163,7 @@ def _inspection(asked: Asked) -> Answer:
         type=name,
         types=known,
         ratio=next((e.get("ratio") or "" for n, e in known.items() if bare(n) == bare(name)), ""),
+        new_type=bool(name) and not any(bare(each) == bare(name) for each in known),
         types_file=printable(session.types),
         earlier=[(each, chosen._replace(before=each.files).query) for each in earlier],
         alone=chosen._replace(before=()).query,

@@ -41,7 +41,8 @@ async function fillList() {
     const found = await (await ask(`/verdict?${row.dataset.query}`)).json();
     row.dataset.verdict = found.verdict;
     const cell = row.querySelector(".verdict");
-    cell.textContent = found.text || { none: "no limits" }[found.verdict];
+    const word = { fail: "FAIL: ", inconclusive: "inconclusive: ", pass: "pass: ", none: "no limits", unread: "not readable: " };
+    cell.textContent = word[found.verdict] + found.text;
     cell.className = `verdict ${{ fail: "bad", pass: "good", inconclusive: "doubt" }[found.verdict] ?? "faint"}`;
     arrange();
   }
@@ -162,7 +163,10 @@ async function saveLimit(event) {
   const parts = all("input", event.target.closest("tr, p, span")), type = byId("type").value.trim();
   const key = parts[0].dataset.key, ends = parts.map((part) => part.value.trim());
   const zone = event.target.className === "zone";
-  if (zone && ends.some((end) => !end) && ends.some(Boolean)) return; // the other end is to come
+  if (zone && ends.some((end) => !end) && ends.some(Boolean)) {
+    byId("said").textContent = "Write both ends of the zone.";
+    return;
+  }
   try {
     const body = JSON.stringify({ type, key, ends });
     const said = (await post("/set", body)).text;
