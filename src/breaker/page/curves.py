@@ -255,7 +255,7 @@ def _panel(
         name="" if over_travel else "over time",
         height=_HEIGHTS[panel],
         x_range=DataRange1d() if over_travel else x_range,
-        y_range=DataRange1d(only_visible=True),
+        y_range=DataRange1d(only_visible=True, range_padding=0.16),
         x_axis_label="travel (mm)" if over_travel else None,
         y_axis_label=_AXES.get(panel, channels[0].name),
         y_axis_type="log" if over_travel else "linear",

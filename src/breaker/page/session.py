@@ -272,7 +272,10 @@ class Session:
             trouble = re.sub(rf"{re.escape(str(self.own))}\S*/my\.yaml, line \d+: ", "", str(error))
         rows = rows_of(base, None if configured else proposal, sheet, chosen, diagnosis)
         wrong = [key for key in chosen if f"endurance.format.{key} " in trouble]
-        rows = [row._replace(state="missing") if row.key in wrong else row for row in rows]
+        rows = [
+            row._replace(state="missing", reason=trouble) if row.key in wrong else row
+            for row in rows
+        ]
         rows.sort(key=lambda row: row.key not in wrong)
         remarks = proposal.remarks if proposal else ()
         about = diagnosis, sheet, opened, state
