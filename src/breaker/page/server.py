@@ -7,6 +7,7 @@ own; scripts may not.
 """
 
 import asyncio
+import ctypes
 import hmac
 import logging
 import secrets
@@ -15,6 +16,7 @@ import sys
 import traceback
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
 from typing import Any
 
 import tornado.httpserver
@@ -152,7 +154,11 @@ class _Handler(tornado.web.RequestHandler):
             if reads and connection.stream.closed():
                 raise MissingError("nobody waits for this any more")
             asked = views.Asked(self.page.session, rest, self._query, self.request)
-            return view.find(asked)
+            try:
+                return view.find(asked)
+            finally:
+                if view.is_slow:
+                    _release_memory()
 
         worker = self.page.workers[view.is_slow]
         answer = await asyncio.get_running_loop().run_in_executor(worker, unless_gone)
@@ -180,6 +186,12 @@ class _Handler(tornado.web.RequestHandler):
         """Print what is an error of this program; all else is said on the page."""
         if not isinstance(error, ValueError | OSError | tornado.web.HTTPError | MemoryError):
             traceback.print_exception(kind, error, trace, file=sys.stderr)
+
+
+def _release_memory() -> None:
+    """Give freed memory back to the system; glibc keeps what threads have freed."""
+    with suppress(OSError, AttributeError, TypeError):  # another C library has no such function
+        ctypes.CDLL(None).malloc_trim(0)
 
 
 def _refused(text: str) -> tornado.web.HTTPError:
