@@ -138,9 +138,10 @@ def the_list(browser: Browser, address: str, name: str) -> None:
     shown = f"return [...document.querySelectorAll({rows!r})].map((row) => row.dataset.query)"
     listed(browser, address)
     judged = (
-        "return document.querySelectorAll('#list tr[data-query]:not([data-verdict=\"\"])').length"
+        "const rows = [...document.querySelectorAll('#list tr[data-query]')];"
+        "return rows.length >= 15 && rows.every((row) => row.dataset.verdict)"
     )
-    browser.until(lambda: browser.run(judged) >= 15, "all verdicts")
+    browser.until(lambda: browser.run(judged), "all verdicts")
     accessible(browser, f"the list, {name}")
     browser.picture(PICTURES / f"list-{name}.png", whole=True)
     browser.click('[data-sort="1"]')
