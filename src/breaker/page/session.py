@@ -3,6 +3,7 @@
 import gc
 import os
 import re
+import shutil
 import tempfile
 import threading
 import time
@@ -182,18 +183,18 @@ class Session:
         if kept + sum(len(content) for _, content in parts) > _DROPPED:
             limit = f"more than {_DROPPED // 2**20} MiB are dropped"
             raise ValueError(f"{limit}; start breaker view with their folder")
-        folder = Path(tempfile.mkdtemp(prefix="", dir=self.dropped))
-        for name, content in parts:
+        for name, _ in parts:
             if Path(name).name != name or name in ("", ".", "..") or "\0" in name:
                 raise ValueError(f"{printable(name)} is no name of a file; drop files, not folders")
+        folder = Path(tempfile.mkdtemp(prefix="", dir=self.dropped))
+        for name, content in parts:
             place, number = folder / name, 2
             while place.exists():
-                place, number = (
-                    folder / f"{Path(name).stem} ({number}){Path(name).suffix}",
-                    number + 1,
-                )
+                place = folder / f"{Path(name).stem} ({number}){Path(name).suffix}"
+                number += 1
             place.write_bytes(content)
         if not find_files(folder):
+            shutil.rmtree(folder)
             names = ", ".join(printable(name) for name, _ in parts)
             raise ValueError(f"{names}: no export among them; drop text, Excel or COMTRADE files")
 
@@ -286,9 +287,9 @@ class Session:
         old = self._once("estimated", same, lambda: new, _KEPT)
         about = [{**each.config, "limits": None, "types": None} for each in (old, new)]
         if old is new or about[0] != about[1]:
-            self._kept["estimated"].pop(same)
+            self._kept["estimated"].pop(same, None)
             return self._once("estimated", same, lambda: new, _KEPT)
-        found = replace(old, config=new.config, limits=new.limits, type=new.type)
+        found = replace(new, records=old.records)  # to which the estimates belong
         if "estimates" in vars(old):
             vars(found)["estimates"] = old.estimates
         return found
