@@ -28,7 +28,7 @@ map](../docs/development.md#the-map) what each room holds.
 
 def navigation(text: str) -> list[str]:
     """Return the pages that the text of ``mkdocs.yml`` has in its navigation."""
-    return re.findall(r"^  - .*: (\S+\.md)$", text, re.MULTILINE)
+    return re.findall(r"^ +- .*: (\S+\.md)$", text, re.MULTILINE)
 
 
 def linked(pages: list[str]) -> set[Path]:

@@ -14,7 +14,7 @@ def test_the_navigation_names_pages_that_exist_and_none_is_left_out():
     pages = script("envs/site.py").navigation((ROOT / "mkdocs.yml").read_text(encoding="utf-8"))
     assert missing(pages) == []
     assert missing([*pages, "docs/gone.md"]) == ["docs/gone.md"]
-    assert {f"docs/{page.name}" for page in (ROOT / "docs").glob("*.md")} <= set(pages)
+    assert {str(page.relative_to(ROOT)) for page in (ROOT / "docs").rglob("*.md")} <= set(pages)
     assert {page.name for page in ROOT.glob("*.md")} <= set(pages)
 
 
