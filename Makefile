@@ -1,5 +1,6 @@
 # make all    the whole paper: environment, then snakemake -c$(CORES) all
 # make test   the same environment: lint, unit tests, the whole workflow at a small size
+# make test-all      the same, with sweeps, deployments and all dry runs of the workflow
 # make test-faults   100,000 damaged files before the reader
 # make test-slurm    the whole workflow at a small size through a scheduler
 
@@ -29,12 +30,13 @@ REAL := import os, sys; print(os.path.realpath(sys.executable))
 export PATH := $(BIN):$(value PATH)
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
-.PHONY: help all test test-browser test-faults test-slurm test-pythons lint format environment numbers defaults ship dist site lock clean distclean moved
+.PHONY: help all test test-all test-browser test-faults test-slurm test-pythons lint format environment numbers defaults ship dist site lock clean distclean moved
 .DELETE_ON_ERROR:
 
 help:
 	@echo "make all          environment, then the whole workflow on $(CORES) cores (CORES=...)"
 	@echo "make test         environment, lint, unit tests, the whole workflow at a small size"
+	@echo "make test-all     the same, with sweeps, deployments and all dry runs of the workflow"
 	@echo "make test-faults  100,000 damaged files before the reader, half an hour of two cores"
 	@echo "make test-browser the page of breaker view in Chromium (apt install chromium chromium-driver)"
 	@echo "make test-slurm   the whole workflow at a small size through a Slurm of this machine"
@@ -60,6 +62,10 @@ all: $(INSTALLED)
 test: lint
 	@echo "== tests, whole files side by side; the first is the whole workflow with config/test.yaml"
 	$(BIN)/python -m pytest -n $(CORES) --dist loadfile --no-loadscope-reorder
+
+test-all: lint
+	@echo "== all tests, the slow ones too"
+	$(BIN)/python -m pytest -n $(CORES) --dist loadfile --no-loadscope-reorder -m ""
 
 test-faults: $(INSTALLED)
 	@echo "== damaged files before the reader: results/faults.csv, half an hour of two cores"
