@@ -2,13 +2,14 @@
 
     python -m studies.force_or_ratio --rows rows.csv --table docs/force_or_ratio.csv
 
-Drives of the model, of ``studies.other_code``, and of ``studies.mechanisms`` with all mechanisms.
-One parameter, or the ratio of the transducer, changes between two inspections of three records of
-each motion, with noise of 0.1 mm. All parameters scatter by 0.4 % from operation to operation.
+Drives of the model, and of the independent simulator in ``studies.other_code``. One parameter, or
+the ratio of the transducer, changes between two inspections of three records of each motion, with
+noise of 0.1 mm. All parameters scatter by 0.4 % from operation to operation.
 """
 
 import argparse
 from collections.abc import Mapping
+from itertools import product
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -24,15 +25,16 @@ from breaker.diagnosis.reading import read_operations
 from breaker.family.curve_file import write_curve
 from breaker.family.networks import shipped_networks
 from breaker.family.sensitivities import shipped_sensitivities
+from breaker.model.curves import rest_position, travel
 from breaker.model.parameters import MOTIONS, NAMES
 from breaker.model.prior import Prior
+from breaker.model.quantities import SPEEDS
 from breaker.records.operations import Operation
-from studies.mechanisms import closed, drawn, simulated
 from studies.other_code import Other
 from studies.shared import append
-from studies.visits import SPEEDS
 
-TIMES, LEAD, NOISE, SCATTER = np.arange(-10.0, 70.0, 0.1), 10.0, 0.1, 0.004
+TIMES, START_SD = np.arange(-10.0, 70.0, 0.1), 0.3  # ms
+NOISE, SCATTER = 0.1, 0.004  # mm of a sample, and share of a parameter by operation
 CHANGES = {
     "unchanged": {}, "f -3": {"f": 0.97}, "f -5": {"f": 0.95}, "f -8": {"f": 0.92},
     "ratio -6": {"ratio": 0.94}, "ratio +6": {"ratio": 1.06},
@@ -49,79 +51,71 @@ class Drive:
     """A drive of one of the simulators, whose parameters change by factors."""
 
     def __init__(self, simulator: str, prior: Prior, rng: np.random.Generator):
-        self.simulator = simulator
+        self.more = None
         while True:
             if simulator == "other":
-                self.drive = Other.drawn(prior, rng)
-                self.theta = self.drive.theta
+                drive = Other.drawn(prior, rng)
+                self.theta, self.more = drive.theta, drive.more
             else:
-                self.drive, _ = drawn("none" if simulator == "model" else simulator, prior, rng)
-                self.theta = np.array([self.drive[name][0] for name in NAMES])
-            if all(self._holds(each) for each in CHANGES.values()):
+                self.theta = prior.sample(1, rng)[0]
+            if all(self._closes(factors) for factors in CHANGES.values()):
                 break
 
-    def changed(self, factors: Mapping[str, float]) -> object:
-        """Return the simulator's drive with parameters times factors."""
-        theta = self.theta * [factors.get(name, 1.0) for name in NAMES]
-        if self.simulator == "other":
-            return Other(theta, self.drive.more)
-        drive = self.drive.copy()
-        drive[list(NAMES)] = tuple(theta)
-        return drive
+    def changed(self, factors: Mapping[str, float]) -> np.ndarray:
+        """Return the parameters times factors."""
+        return self.theta * [factors.get(name, 1.0) for name in NAMES]
 
-    def _holds(self, factors: Mapping[str, float]) -> bool:
+    def travel(self, theta: np.ndarray, motion: str, start: float) -> np.ndarray:
+        """Simulate a motion with changed parameters, sampled at ``TIMES``, mm."""
+        if self.more is None:
+            return travel(theta[None], TIMES, motion, onset=start).travel[0]
+        return Other(theta, self.more).travel(motion, TIMES - start)[0]
+
+    def _closes(self, factors: Mapping[str, float]) -> bool:
         """Whether the contact is still pressed, with 3 % to spare for the scatter."""
-        drive = self.changed(factors | {"f": 0.97 * factors.get("f", 1.0)})
-        if self.simulator == "other":
-            return drive.excess(drive.theta[NAMES.index("L")])[0] > 0.0
-        return bool(closed(drive)[0] > drive["L"][0])
+        theta = self.changed(factors | {"f": 0.97 * factors.get("f", 1.0)})
+        gap = theta[NAMES.index("L")]
+        if self.more is None:
+            return bool(rest_position(theta[None], "opening")[0] > gap)
+        return Other(theta, self.more).excess(gap)[0] > 0.0
 
     def inspection(self, change: Mapping[str, float], rng: np.random.Generator, count: int = 3):
-        """Return records of both motions, written and read, and the times of their contacts."""
-        found, ratio = [], change.get("ratio", 1.0)
+        """Return records of both motions, written and read."""
+        records, ratio = [], change.get("ratio", 1.0)
         with TemporaryDirectory() as folder:
-            for motion in MOTIONS:
-                for number in range(count):
-                    scatter = np.exp(SCATTER * rng.standard_normal(len(NAMES)))
-                    named = dict(zip(NAMES, scatter, strict=True))
-                    factors = {n: by * change.get(n, 1.0) for n, by in named.items()}
-                    drive, late = self.changed(factors), 0.3 * rng.standard_normal()
-                    if self.simulator == "other":
-                        way = drive.travel(motion, TIMES - late)[0]
-                    else:
-                        curve = simulated(drive, motion, TIMES[-1] + 3.0)
-                        way = np.interp(TIMES - late, curve.time, curve.travel)
-                    way = ratio * way + NOISE * rng.standard_normal(TIMES.size)
-                    file = f"{folder}/{motion}{number}.csv"
-                    write_curve(file, TIMES, way, motion=motion, operation=1 + number)
-                    found += read_operations({motion: [Operation(1 + number, file)]}, {})
-        return found
+            for motion, number in product(MOTIONS, range(1, count + 1)):
+                scatter = np.exp(SCATTER * rng.standard_normal(len(NAMES)))
+                theta = self.changed(change) * scatter
+                way = self.travel(theta, motion, START_SD * rng.standard_normal())
+                way = ratio * way + NOISE * rng.standard_normal(TIMES.size)
+                file = f"{folder}/{motion}{number}.csv"
+                write_curve(file, TIMES, way, motion=motion, operation=number)
+                records += read_operations({motion: [Operation(number, file)]}, {})
+        return records
 
 
 def compared(before, today) -> list[dict]:
     """Compare two inspections as `breaker compare` does, the transducer the same, or unknown."""
-    visits = [
-        {m: [e.raw for e in records if e.motion == m and not e.reason] for m in MOTIONS}
-        for records in (before, today)
-    ]
-    rows, pair = [], Pair.of(*visits)
-    found = compare(pair, [*shipped_networks()], generator(1, "force or ratio"))
+    usable = [[record for record in records if not record.reason] for records in (before, today)]
+    raws = [{m: [r.raw for r in records if r.motion == m] for m in MOTIONS} for records in usable]
+    rows, pair = [], Pair.of(*raws)
+    change = compare(pair, [*shipped_networks()], generator(1, "force or ratio"))
     about = {"settings": {"seed": 1}, "rejected": ()}
     for same in (False, True):
-        regressions = shipped_sensitivities(found.family)
+        regressions = shipped_sensitivities(change.family)
         explanations = explain(pair, regressions, same_transducer=same)
-        document = inspection_change(pair, found, explanations, SPEEDS, **about)
-        row = {"same": same, "family": found.family, "state": document.state}
-        for each in explanations:
-            row[f"p_{each.cause}"] = each.probability
-            if each.cause == "drive":
-                row["parameter"] = each.parameter
-            if each.cause == "ratio":
-                row["ratio_0"], _, row["ratio_2"] = each.change
-        row["reported"] = " ".join(each.name for each in document.reported)
-        for each in document.inferred:
-            if each.name in NAMES:
-                row |= {f"{each.name}_{k}": each.change[k] for k in range(3)}
+        document = inspection_change(pair, change, explanations, SPEEDS, **about)
+        row = {"same": same, "family": change.family, "state": document.state}
+        for cause in explanations:
+            row[f"p_{cause.cause}"] = cause.probability
+            if cause.cause == "drive":
+                row["parameter"] = cause.parameter
+            if cause.cause == "ratio":
+                row["ratio_0"], _, row["ratio_2"] = cause.change
+        row["reported"] = " ".join(reported.name for reported in document.reported)
+        for inferred in document.inferred:
+            if inferred.name in NAMES:
+                row |= {f"{inferred.name}_{k}": inferred.change[k] for k in range(3)}
         rows.append(row)
     return rows
 
@@ -142,7 +136,7 @@ def summed(rows: pd.DataFrame) -> pd.DataFrame:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0])
-    parser.add_argument("--simulators", nargs="+", default=["model", "other", "all"])
+    parser.add_argument("--simulators", nargs="+", default=["model", "other"])
     parser.add_argument("--changes", nargs="+", default=[*CHANGES], choices=[*CHANGES])
     parser.add_argument("--drives", type=int, nargs=2, default=(0, 14), help="first, and end")
     parser.add_argument("--rows", type=Path, required=True, metavar="CSV")

@@ -15,8 +15,11 @@ ripple of the transmission, an air cushion, an oil damper and Hertzian bumpers.
 
 import argparse
 from collections import defaultdict
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -26,17 +29,22 @@ from scipy.optimize import brentq
 from breaker.common.randomness import generator
 from breaker.configuration.loading import load
 from breaker.diagnosis.changes import Pair, compare
-from breaker.diagnosis.estimate import Given
+from breaker.diagnosis.estimate import Estimate, Given
+from breaker.diagnosis.reading import read_operations
 from breaker.diagnosis.session import Diagnosis
 from breaker.family.networks import shipped_networks
 from breaker.model.parameters import MOTIONS, NAMES, Size
 from breaker.model.prior import Prior
-from studies.mechanisms import OPTIONS, Curve, judge, records_of
+from breaker.model.quantities import AFTER_RELEASE
+from breaker.records.operations import Operation
 from tests.raws import raw_of
 
-TIMES, LEAD = np.arange(-8.0, 58.0, 0.2), 8.0  # ms, of records that are compared
-SCATTER = {"f": 0.002, "gamma_a": 0.005}  # of operations
-NOISE = 0.05  # mm, of these records
+LENGTH, RATE, LEAD = 75.0, 10.0, 8.0  # ms, kHz, ms, of records of single operations
+NOISE, ONSET_SD = 0.1, 0.3  # mm and ms, of these records
+SWITCHING = ("touch_from_10", "separation_from_10", "touch_from_release", "separation_from_release")
+TIMES = np.arange(-LEAD, 58.0, 0.2)  # ms, of records that are compared
+SCATTER = {"f": 0.002, "gamma_a": 0.005}  # of operations that are compared
+COMPARED_NOISE = 0.05  # mm
 WEAR = {"f": -0.08, "k_a": -0.08, "k_b": -0.2, "gamma_a": 0.2, "gamma_b": 0.2, "L": 0.08}
 WALL = 12.0  # 1/ms^2, of the fixed contact
 NOTHING = {"radius": 1e4, "damped": 6, "full": 0.01, "slip": 0.1, "air_way": 1, "oil_way": 1}
@@ -57,6 +65,15 @@ EFFECTS = {
         "ripple": (0.0, 0.2),
     },
 }  # fmt: skip
+
+
+class Curve(NamedTuple):
+    """A motion without noise, from the start of motion on; ``tenth``: time of 10 % of the way."""
+
+    time: np.ndarray
+    travel: np.ndarray
+    tenth: float
+    switching: float
 
 
 @dataclass
@@ -132,8 +149,8 @@ class Other:
         return curve, min(switches, default=np.nan)
 
     def curve(self, motion: str) -> Curve:
-        """Return a motion as ``studies.mechanisms`` has it."""
-        time = np.arange(0.0, OPTIONS["length"] + 2.0, 0.01)
+        """Simulate a motion, sampled densely."""
+        time = np.arange(0.0, LENGTH + 2.0, 0.01)
         travel, switching = self.travel(motion, time)
         done = (travel - travel[0]) / (travel[-1] - travel[0])
         tenth = np.argmax(done > 0.1) + np.array([-1, 0])
@@ -148,18 +165,52 @@ def speed_of(curve: Curve, way: float) -> float:
     return way / (np.interp(abs(way), moved[both], curve.time[both]) - curve.switching)
 
 
+def records_of(curves: Mapping, number: int, rng: np.random.Generator, form: Mapping) -> list:
+    """Write records of an operation to files, and read them as a user's."""
+    time = np.arange(0.0, LENGTH, 1.0 / RATE)
+    with TemporaryDirectory() as folder:
+        files = {motion: Path(folder, f"{motion}.csv") for motion in MOTIONS}
+        for motion, file in files.items():
+            start = LEAD + ONSET_SD * rng.standard_normal()
+            travel = np.interp(time - start, curves[motion].time, curves[motion].travel)
+            travel += NOISE * rng.standard_normal(time.size)
+            columns = np.c_[time, np.round(travel, 5)]
+            np.savetxt(file, columns, "%.5f", ",", header="time,travel", comments="")
+        operations = {motion: [Operation(number + 1, file)] for motion, file in files.items()}
+        return [*read_operations(operations, form | {"time_unit": "ms"})]
+
+
+def judge(answers: Sequence[Estimate], theta: np.ndarray, curves: Mapping, lists: Mapping) -> None:
+    """Append, by name, whether 95 % intervals contain the truth, their errors and half widths."""
+    for k, answer in enumerate(answers):
+        if answer.match is not None:
+            lists["p_value"].append(answer.match.p_value)
+        if answer.draws is None:
+            continue
+        motion, curve = answer.record.motion, curves[answer.record.motion]
+        own = answer.draws.switching[motion], curve.switching - curve.tenth
+        pairs = own, (answer.inferred(AFTER_RELEASE[motion]), curve.switching)
+        truths = dict(zip(SWITCHING[MOTIONS.index(motion) :: 2], pairs, strict=True))
+        if k == 0 or len(answer.motions) == 1:  # else its parameters are those of the first record
+            truths |= {n: (answer.inferred(n), x) for n, x in zip(NAMES, theta, strict=True)}
+        for name, (draws, truth) in truths.items():
+            low, median, high = np.quantile(draws, [0.025, 0.5, 0.975])
+            unit = 0.01 * truth if name in NAMES else 1.0
+            errors = (median - truth) / unit, (high - low) / 2.0 / unit
+            lists[name].append((low <= truth <= high, *errors))
+
+
 def levels(prior: Prior, config: dict, group: str, count: int) -> pd.DataFrame:
     """Return the coverage of 95 % intervals, one operation of each drive."""
-    options, rows, settings = argparse.Namespace(**OPTIONS), [], config["endurance"]
+    rows, settings = [], config["endurance"]
     diagnosis, least = Diagnosis(config, given=Given(Size())), settings["misfit_p_value"]
     for number in range(count):
         drive = Other.drawn(prior, rng := generator(1, "other code", group, number), group)
         curves = {motion: drive.curve(motion) for motion in MOTIONS}
-        records, _ = records_of(curves, number, rng, options, settings["format"])
-        truths = {name: [each] for name, each in zip(NAMES, drive.theta, strict=True)}
+        records = records_of(curves, number, rng, settings["format"])
         for motions, lists in ((m, defaultdict(list)) for m in (*MOTIONS, "both")):
             answers = diagnosis.infer([r for r in records if motions in ("both", r.motion)])
-            judge(answers, truths, curves, lists)
+            judge(answers, drive.theta, curves, lists)
             for answer in (each for each in answers if each.draws is not None):
                 motion = answer.record.motion
                 speed = next(each for each in answer.speeds if each.name == f"{motion}_speed")
@@ -167,28 +218,28 @@ def levels(prior: Prior, config: dict, group: str, count: int) -> pd.DataFrame:
                 error = value - speed_of(curves[motion], speed.start.amount + speed.end.amount)
                 lists[speed.name].append((abs(error) <= 1.96 * sd, error, 1.96 * sd))
             lists["inside"] = [(p >= least, np.nan, np.nan) for p in lists.pop("p_value", [])]
-            for name in (each for each in lists if each not in ("family", "withheld")):
-                rows += [("level", group, motions, name, *each) for each in lists[name]]
+            for name, scores in lists.items():
+                rows += [("level", group, motions, name, *score) for score in scores]
     columns = ["of", "group", "drives", "name", "held", "error", "width"]
     parts = pd.DataFrame(rows, columns=columns).groupby(columns[:4], sort=False)
     medians = {"error": ("error", "median"), "half_width": ("width", "median")}
     return parts.agg(count=("held", "size"), hold=("held", "mean"), **medians).reset_index()
 
 
-def visit(drive: Other, count: int, rng: np.random.Generator) -> dict:
-    """Records of a visit by motion."""
+def inspection(drive: Other, count: int, rng: np.random.Generator) -> dict:
+    """Simulate the records of an inspection, by motion."""
     found = {motion: [] for motion in MOTIONS}
     for motion in np.repeat(MOTIONS, count):
         theta = drive.theta.copy()
         for name, sd in SCATTER.items():
             theta[NAMES.index(name)] *= 1.0 + sd * rng.standard_normal()
         way = Other(theta, drive.more).travel(motion, TIMES - 0.3 * rng.standard_normal())[0]
-        way = way + NOISE * rng.standard_normal(TIMES.size)
+        way = way + COMPARED_NOISE * rng.standard_normal(TIMES.size)
         found[motion].append(raw_of(way if motion == "closing" else 3.0 - way, 0.2, LEAD, motion))
     return found
 
 
-def visits(prior: Prior, count: int, records: int = 3) -> pd.DataFrame:
+def changes(prior: Prior, count: int, records: int = 3) -> pd.DataFrame:
     """Return how well changes are known; every other drive has one or two, by up to ``WEAR``."""
     networks, rows = [*shipped_networks()], []
     for number in range(count):
@@ -202,7 +253,7 @@ def visits(prior: Prior, count: int, records: int = 3) -> pd.DataFrame:
                 later.excess(later.theta[NAMES.index("L")])[0] > 0.01
             ):  # it closes, and when scattered
                 break
-        pair = Pair.of(visit(drive, records, rng), visit(later, records, rng))
+        pair = Pair.of(*(inspection(state, records, rng) for state in (drive, later)))
         both = compare(pair, networks, rng)
         about = "change", "changed" if number % 2 else "unchanged"
         for row in (each for each in both.rows if each.name in NAMES):
@@ -226,7 +277,7 @@ def main() -> None:
     options, config = parser.parse_args(), load()
     prior = Prior.from_settings(config["prior"])
     parts = [levels(prior, config, group, options.drives) for group in options.groups]
-    table = pd.concat([*parts, visits(prior, options.pairs)])
+    table = pd.concat([*parts, changes(prior, options.pairs)])
     print(table.to_string(index=False))
     if options.table:
         table.to_csv(options.table, index=False, float_format="%.3g")

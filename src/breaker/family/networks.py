@@ -49,8 +49,7 @@ _AT_ONCE = 8_000  # draws: half a million at once would take some GB
 _LARGEST = 100.0  # logarithms of sizes, and times over durations, by far more than of any drive
 # Share of the variance added by factors of widening that outputs do not have in common. Errors for
 # drives of an independent simulator are not along the posterior. By 0, a recorded contact narrows L
-# too much: 76 % of 95 % intervals contain it for drives with all effects, and 89 % by this share
-# (``studies.mechanisms all --contact 0.1 --wipe 0.05``).
+# too much: 76 % of 95 % intervals contain it for drives with all effects, and 89 % by this share.
 _APART = 0.25
 _BEYOND = 1e-3  # share of draws beyond these; the tails of a sound network reach there in 1e-6
 _LARGEST_WEAR = np.log(2.0)  # of the logarithm of a parameter; wear of a family is below half of it

@@ -1,1 +1,0 @@
-"""Numbers of the product at one point of its history, and a comparison with those of now."""

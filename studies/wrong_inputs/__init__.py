@@ -1,1 +1,0 @@
-"""Plausible but wrong inputs, each with its right twin: is anything false told without a word?"""
