@@ -31,8 +31,7 @@ from breaker.model.curves import travel
 from breaker.model.parameters import MOTIONS
 from breaker.model.prior import Prior
 from breaker.model.sensor import Sensor
-from breaker.records.curves import read_curves
-from breaker.records.grid import Grid
+from breaker.records.curves import Grid, read_curves
 from breaker.records.operations import Operation
 from studies.faults.files import TEXT
 from studies.faults.records import PHYSICAL

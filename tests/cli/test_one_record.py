@@ -18,9 +18,8 @@ from breaker.diagnosis.reading import read_operations
 from breaker.diagnosis.session import Diagnosis
 from breaker.model.parameters import MOTIONS
 from breaker.prognosis.fleet import drives_of, examine
-from breaker.records.curves import read_curves
+from breaker.records.curves import Grid, read_curves
 from breaker.records.folder import list_fleet
-from breaker.records.grid import Grid
 from breaker.records.reader import Reader
 from tests.exports import write
 

@@ -9,9 +9,8 @@ from breaker.common.randomness import generator
 from breaker.configuration.definitions import family_of
 from breaker.configuration.loading import load
 from breaker.model.parameters import NAMES, Size
-from breaker.records.curves import read_curves
+from breaker.records.curves import Grid, read_curves
 from breaker.records.folder import list_operations
-from breaker.records.grid import Grid
 from breaker.shipped import HELD_BACK
 from tests.diagnosis.drives import breakers_of, type_of, write_breakers
 from tests.exports import way

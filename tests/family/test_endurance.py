@@ -14,9 +14,8 @@ from breaker.model.limits import Limit, from_list
 from breaker.model.parameters import MOTIONS, NAMES
 from breaker.paper.inference import main_motion
 from breaker.paper.joint_model import Model
-from breaker.records.curves import read_curves
+from breaker.records.curves import Grid, read_curves
 from breaker.records.folder import list_operations
-from breaker.records.grid import Grid
 from studies.measuring import own_quantities
 from studies.peers.mode import mode
 

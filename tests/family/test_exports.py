@@ -18,8 +18,7 @@ from breaker.family.exports import (
     write_wide,
 )
 from breaker.model.parameters import MOTIONS
-from breaker.records.curves import read_curves
-from breaker.records.grid import Grid
+from breaker.records.curves import Grid, read_curves
 from breaker.records.operations import Operation
 from breaker.records.proposal import inspect_file, overlay_of
 from breaker.shipped import HELD_BACK

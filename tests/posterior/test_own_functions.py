@@ -15,9 +15,8 @@ from breaker.paper.joint_model import limit_over_prior
 from breaker.paper.posterior import Posterior
 from breaker.paper.training import freeze_inputs
 from breaker.paper.validation import quality, scale_of
-from breaker.records.curves import read_curves
+from breaker.records.curves import Grid, read_curves
 from breaker.records.folder import list_operations
-from breaker.records.grid import Grid
 from tests.networks_fixtures import settings
 from tests.scripts import ROOT
 

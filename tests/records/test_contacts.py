@@ -8,8 +8,7 @@ import pytest
 from breaker.model.curves import travel
 from breaker.model.parameters import MOTIONS
 from breaker.records.contacts import events_of, trigger_of
-from breaker.records.curves import read_curves
-from breaker.records.grid import Grid
+from breaker.records.curves import Grid, read_curves
 from breaker.records.operations import Operation
 from breaker.records.settings import complete
 from tests.records.contact_signals import Case, random_case

@@ -6,8 +6,7 @@ import pytest
 from breaker.model.quantities import CURRENTS
 from breaker.records.contacts import ContactTimes
 from breaker.records.currents import Currents
-from breaker.records.curves import read_curves
-from breaker.records.grid import Grid
+from breaker.records.curves import Grid, read_curves
 from breaker.records.operations import Operation
 from breaker.records.rejections import NotShownError
 from breaker.records.words import amperes_of

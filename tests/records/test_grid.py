@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from breaker.common.randomness import generator
-from breaker.records.grid import check_missing, grid_remarks, on_grid
+from breaker.records.curves import check_missing, grid_remarks, on_grid
 from breaker.records.rejections import UnusableError
 
 GRID = np.linspace(-2.0, 58.0, 151)

@@ -11,9 +11,8 @@ import xarray as xr
 
 from breaker.common.zarr_store import open_store, save
 from breaker.family.curve_file import write_curve
-from breaker.records.curves import read_curves
+from breaker.records.curves import Grid, read_curves
 from breaker.records.files import LARGEST, RejectedCurveError, read_bytes
-from breaker.records.grid import Grid
 from breaker.records.operations import Operation
 
 

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from breaker.records.curves import read_curves
-from breaker.records.grid import Grid
+from breaker.records.curves import Grid, read_curves
 from breaker.records.measurements import measure_curve
 from breaker.records.motion import find_segment
 from breaker.records.operations import Operation

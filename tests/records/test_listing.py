@@ -6,7 +6,7 @@ from dataclasses import astuple, replace
 import numpy as np
 import pytest
 
-from breaker.records.curves import read_curves
+from breaker.records.curves import Grid, read_curves
 from breaker.records.folder import (
     fingerprint,
     known_of,
@@ -15,7 +15,6 @@ from breaker.records.folder import (
     list_operations,
     record_files,
 )
-from breaker.records.grid import Grid
 from breaker.records.operations import Operation
 
 

@@ -5,9 +5,9 @@ import pytest
 import yaml
 
 from breaker.common.document import text_of
+from breaker.records.curves import Grid
 from breaker.records.description import travel_channels
 from breaker.records.files import RejectedCurveError
-from breaker.records.grid import Grid
 from breaker.records.proposal import inspect_file, overlay_of, words_of
 from breaker.records.reader import Reader
 from tests.exports import way, write

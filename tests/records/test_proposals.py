@@ -8,9 +8,8 @@ from breaker.common.document import text_of
 from breaker.common.text import visible_text
 from breaker.configuration.definitions import simulated_test
 from breaker.family.endurance import EnduranceTest
-from breaker.records.curves import read_curves
+from breaker.records.curves import Grid, read_curves
 from breaker.records.files import RejectedCurveError
-from breaker.records.grid import Grid
 from breaker.records.operations import Operation
 from breaker.records.proposal import inspect_file, overlay_of, words_of
 from breaker.records.reader import Reader

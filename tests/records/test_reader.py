@@ -10,9 +10,8 @@ from breaker.common.zarr_store import describe, save
 from breaker.family.curve_file import write_curve
 from breaker.model.curves import travel
 from breaker.model.parameters import MOTIONS
-from breaker.records.curves import open_curves, put_on_grid, read_curves
+from breaker.records.curves import Grid, open_curves, put_on_grid, read_curves
 from breaker.records.files import RejectedCurveError
-from breaker.records.grid import Grid
 from breaker.records.operations import Operation
 from breaker.records.reader import Reader
 from breaker.records.settings import FORMAT

@@ -6,8 +6,7 @@ import pytest
 from breaker.model.parameters import MOTIONS
 from breaker.model.quantities import RESISTANCES
 from breaker.records.currents import Currents
-from breaker.records.curves import read_curves
-from breaker.records.grid import Grid
+from breaker.records.curves import Grid, read_curves
 from breaker.records.operations import Operation
 from breaker.records.rejections import NotShownError
 from breaker.records.words import microohms_of

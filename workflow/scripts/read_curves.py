@@ -5,9 +5,8 @@ from pathlib import Path
 from breaker.common.zarr_store import describe, save
 from breaker.model.quantities import speeds_of
 from breaker.model.sensor import grid
-from breaker.records.curves import read_curves
+from breaker.records.curves import Grid, read_curves
 from breaker.records.folder import list_operations
-from breaker.records.grid import Grid
 from breaker.workflow.jobs import start
 
 log = start(snakemake)

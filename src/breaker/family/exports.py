@@ -154,8 +154,7 @@ def through_files(
         RuntimeError: If the reader rejects all records.
     """
     from breaker.model.curves import travel  # no export of an example needs the reader
-    from breaker.records.curves import read_curves
-    from breaker.records.grid import Grid
+    from breaker.records.curves import Grid, read_curves
     from breaker.records.operations import Operation
 
     numbers, theta = _EXAMPLES["through_files"], prior.sample(n, rng)

@@ -25,12 +25,11 @@ from breaker.prognosis.fleet_table import STATES, DriveResult, LimitState, Measu
 from breaker.prognosis.life import Life
 from breaker.prognosis.states import STATES as LIFE_STATES
 from breaker.prognosis.states import next_state
-from breaker.records.curves import read_curves
+from breaker.records.curves import Grid, read_curves
 from breaker.records.dates import instant, one_date
 from breaker.records.files import Files
 from breaker.records.folder import known_of
 from breaker.records.formats.registry import stated_in
-from breaker.records.grid import Grid
 from breaker.records.operations import Operation
 
 _MOST = 20  # operations of an inspection: more reduce no error that they share

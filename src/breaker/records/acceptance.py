@@ -10,10 +10,9 @@ import numpy as np
 
 from breaker.common.document import Document, Remark, Section, Table
 from breaker.common.numerals import in_digits
-from breaker.records.curves import GriddedRecord, read_records
+from breaker.records.curves import Grid, GriddedRecord, read_records
 from breaker.records.files import printable
 from breaker.records.folder import list_operations
-from breaker.records.grid import Grid
 from breaker.records.operations import MANIFEST, Operation, read_manifest
 from breaker.records.proposal import ITEM, alike
 

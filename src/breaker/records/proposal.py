@@ -20,9 +20,8 @@ from breaker.common.text import visible_text
 from breaker.records import description
 from breaker.records.axes import Scale
 from breaker.records.channels import Clock, Travel
-from breaker.records.curves import put_on_grid
+from breaker.records.curves import Grid, put_on_grid
 from breaker.records.files import Files, RejectedCurveError
-from breaker.records.grid import Grid
 from breaker.records.printed import PrintedComparison, compare_printed
 from breaker.records.reader import Reader
 from breaker.records.settings import FORMAT, TO_MM

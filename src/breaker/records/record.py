@@ -31,7 +31,7 @@ from breaker.records.operations import Operation
 from breaker.records.rejections import Remark
 
 if TYPE_CHECKING:
-    from breaker.records.grid import Grid
+    from breaker.records.curves import Grid
 
 
 @dataclass(frozen=True)
