@@ -21,7 +21,7 @@ SOURCES = [*MOTIONS, "both"] if len(MOTIONS) == 2 else MOTIONS
 SEED = config["validation"]["seed"]
 DEFINED = {name: points for name, points in OF_STROKE.items() if name in str(config["limits"])}
 DEFINED |= config["speeds"]
-SPEEDS = {each.name: each.points for each in speeds_of(DEFINED, Size(**config["size"]))}
+SPEEDS = {speed.name: speed.points for speed in speeds_of(DEFINED, Size(**config["size"]))}
 GRID = {key: config["sensor"][key] for key in ("start", "stop", "samples")}
 OWN_CURVES = config["endurance"]["curves"]
 # Functions of one's own in place of the drive and its prior, and whether posteriors can be exact.
@@ -62,12 +62,12 @@ def code(script):
     files = modules_of(
         file if here else workflow.source_path(f"../scripts/{script}.py"), itself=here
     )
-    named = MODEL.values() if any("joint_model" in each for each in files) else []
-    if any(each.endswith("paper/posterior.py") for each in files):
+    named = MODEL.values() if any("joint_model" in file for file in files) else []
+    if any(file.endswith("paper/posterior.py") for file in files):
         networks = [of_motion(config, motion)["network"] for motion in MOTIONS]
-        named = [*named, *(each["summary"]["kind"] for each in networks)]
-    own = {str(file_of(each)) for each in named if each and ":" in each}
-    return [local(each) for each in (*files, *sorted(own))]
+        named = [*named, *(network["summary"]["kind"] for network in networks)]
+    own = {str(file_of(kind)) for kind in named if kind and ":" in kind}
+    return [local(file) for file in (*files, *sorted(own))]
 
 
 def page(path, category, figure, caption):
@@ -141,7 +141,7 @@ def shipped_network(wildcards):
 
 def shipped_networks(wildcards):
     """The checksums of all networks that ship: with others, answers are made anew."""
-    return [checksum(*each) for each in product(FAMILIES, KINDS)]
+    return [checksum(*names) for names in product(FAMILIES, KINDS)]
 
 
 def judged_family(origin, sources):
@@ -161,17 +161,17 @@ FIGURES_OF_LIFE = ["verdict", "health", "service_cost", "changepoint", "remainin
 def of_paper(wildcards=None):
     """Figures 3 to 10 of the paper, tables and numbers, as far as the model allows."""
     figures, table = "figures/{figure}_{motion}.png", "results/{table}/{motion}_seed{seed}.csv"
-    found = expand(figures, figure=FIGURES, motion=MOTIONS)
-    found += expand("results/endurance/{motion}.csv", motion=MOTIONS) if MEASURED else []
+    wanted = expand(figures, figure=FIGURES, motion=MOTIONS)
+    wanted += expand("results/endurance/{motion}.csv", motion=MOTIONS) if MEASURED else []
     if not EXACT:
         logger.warning(
             "Correction, exactness, identifiability, family and decisions are left out: "
             "without an exact density of the model they are not defined."
         )
-        return found
-    found += expand(figures, figure=EXACT_FIGURES, motion=MOTIONS)
-    found += expand(table, table=["quality", "exactness"], motion=MOTIONS, seed=SEED)
-    return [*found, "results/numbers.csv"]
+        return wanted
+    wanted += expand(figures, figure=EXACT_FIGURES, motion=MOTIONS)
+    wanted += expand(table, table=["quality", "exactness"], motion=MOTIONS, seed=SEED)
+    return [*wanted, "results/numbers.csv"]
 
 
 def of_life(wildcards=None):

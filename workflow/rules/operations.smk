@@ -31,14 +31,14 @@ def numbers(motion):
     """The numbers of the operations of a motion."""
     if OWN_CURVES is None:
         return range(1, config["simulated_test"]["operations"] + 1)
-    return [each.number for each in listed(motion)]
+    return [row.number for row in listed(motion)]
 
 
 @cache
 def chunks(motion=None):
     """The numbers of the operations of a motion, or of any motion, by chunk."""
-    found = set().union(*map(numbers, [motion] if motion else MOTIONS))
-    return chunks_of(found, config["endurance"]["operations_per_job"])
+    every_number = set().union(*map(numbers, [motion] if motion else MOTIONS))
+    return chunks_of(every_number, config["endurance"]["operations_per_job"])
 
 
 def operations(wildcards):
@@ -52,7 +52,7 @@ def known():
     numbers = [number for chunk in chunks().values() for number in chunk]
     chosen = [CHOSEN["breaker"]] if BREAKERS and CHOSEN["breaker"] else None
     rows = list_fleet(OWN_CURVES, breakers=chosen, phase=CHOSEN["phase"]) if BREAKERS else {}
-    return known_of((each for some in rows.values() for _, each in some), numbers)
+    return known_of((row for some in rows.values() for _, row in some), numbers)
 
 
 def every_chunk(pattern):
@@ -83,7 +83,7 @@ def source(wildcards):
     if OWN_CURVES is None:
         return "simulated"
     wanted = set(operations(wildcards))
-    return fingerprint(each for each in listed(wildcards.motion) if each.number in wanted)
+    return fingerprint(row for row in listed(wildcards.motion) if row.number in wanted)
 
 
 # ---- of a fleet ----------------------------------------------------------------------------------
@@ -108,20 +108,20 @@ def rows_of_breakers():
 def types_of_breaker(breaker):
     """The types that the table states of a breaker; all known types where a row states none."""
     rows = rows_of_breakers()[breaker] if TYPES else []
-    stated = {each.type for _, each in rows}
+    stated = {row.type for _, row in rows}
     return tuple(sorted(TYPES if "" in stated else {bare(name) for name in stated}))
 
 
 def chunks_of_breakers():
     """Breakers of the same types by chunk, which is called by the place of its first breaker."""
-    groups, found = {}, {}
+    groups, by_chunk = {}, {}
     for place, breaker in enumerate(BREAKERS):
         groups.setdefault(types_of_breaker(breaker), []).append((place, breaker))
     for group in groups.values():
         for k in range(0, len(group), BREAKERS_PER_JOB):
             chunk = group[k : k + BREAKERS_PER_JOB]
-            found[f"{chunk[0][0]:03d}"] = [breaker for _, breaker in chunk]
-    return found
+            by_chunk[f"{chunk[0][0]:03d}"] = [breaker for _, breaker in chunk]
+    return by_chunk
 
 
 CHUNKS_OF_BREAKERS = chunks_of_breakers() if IS_FLEET else {}
@@ -130,7 +130,9 @@ CHUNKS_OF_BREAKERS = chunks_of_breakers() if IS_FLEET else {}
 def types_of_chunk(wildcards):
     """The entries of the types in a chunk: an edit of another type does not rerun it."""
     names = {
-        each for name in CHUNKS_OF_BREAKERS[wildcards.chunk] for each in types_of_breaker(name)
+        bare_name
+        for name in CHUNKS_OF_BREAKERS[wildcards.chunk]
+        for bare_name in types_of_breaker(name)
     }
     return {name: entry_of_type(TYPES, name) for name in sorted(names)}
 
@@ -138,4 +140,4 @@ def types_of_chunk(wildcards):
 def source_of_breakers(wildcards):
     """What the answers of a chunk come from: files of given names, sizes and times."""
     names = CHUNKS_OF_BREAKERS[wildcards.chunk]
-    return fingerprint(each for name in names for _, each in rows_of_breakers()[name])
+    return fingerprint(row for name in names for _, row in rows_of_breakers()[name])

@@ -12,7 +12,7 @@ from breaker.workflow.jobs import start
 log = start(snakemake)
 params, files = snakemake.params, snakemake.input
 
-found = {}
+collected = {}
 for i, motion in enumerate(params.motions):
     numbers = numbers_of_motion(
         quality=pd.read_csv(files.quality[i]),
@@ -24,21 +24,21 @@ for i, motion in enumerate(params.motions):
         predictive=open_store(files.predictive[i]),
         truth=open_store(files.truth).sel(motion=motion) if files.truth else None,
     )
-    found |= {f"{motion}.{name}": value for name, value in numbers.items()}
+    collected |= {f"{motion}.{name}": value for name, value in numbers.items()}
 
 limits = from_list(params.limits, params.motions, speeds_of(params.speeds))
 truth = open_store(files.truth).load() if files.truth else None
 tables = (pd.read_csv(file) for file in (files.limits, files.decisions))
 ends = failure_times(truth, limits) if truth is not None else {}
-found |= numbers_of_life(open_store(files.life), *tables, ends)
+collected |= numbers_of_life(open_store(files.life), *tables, ends)
 
-log.info("%d numbers", len(found))
-pd.Series(found, name="value").rename_axis("name").to_csv(snakemake.output[0])
+log.info("%d numbers", len(collected))
+pd.Series(collected, name="value").rename_axis("name").to_csv(snakemake.output[0])
 if params.stated:
     stated = pd.read_csv(params.stated, dtype=str, index_col="name").value.to_dict()
-    others = [name for name in found | stated if found.get(name) != stated.get(name)]
+    others = [name for name in collected | stated if collected.get(name) != stated.get(name)]
     for name in others:
-        log.warning("%s is %s here, %s in docs", name, found.get(name), stated.get(name))
+        log.warning("%s is %s here, %s in docs", name, numbers.get(name), stated.get(name))
     log.info("%d of them differ from docs/numbers.csv", len(others))
     if others:
         log.warning("`make numbers` writes those of this run into README.md and docs/")

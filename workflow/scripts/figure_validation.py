@@ -45,11 +45,11 @@ def draw_pairs(prior: xr.Dataset, scale: dict, file: str) -> None:
     """Draw the first record, whichever it is: the seed chose it, nobody else."""
     case = data.isel(curve=0)
     columns = np.concatenate([prior.parameters.values, prior.onset.values[:, None]], axis=1)
-    found = {
+    scores = {
         "correlation": correlation(case.draws.values, log=scale["log"]),
         "regions": regions(case.draws.values),
     }
-    save(pairs(case, columns[:, : len(names)], about=about, **found), file)
+    save(pairs(case, columns[:, : len(names)], about=about, **scores), file)
 
 
 rejected = data.attrs.get("rejected", 0)

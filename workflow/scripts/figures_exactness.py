@@ -12,8 +12,8 @@ judged, amortised, corrected, limit = (
     open_store(snakemake.input[name]).load()
     for name in ("judged", "amortised", "corrected", "limit")
 )
-found = examples(judged, amortised, corrected), summary(judged, corrected).iloc[0]
-save(exactness(judged, corrected, *found, motion=motion), snakemake.output.exactness)
+parts_shown = examples(judged, amortised, corrected), summary(judged, corrected).iloc[0]
+save(exactness(judged, corrected, *parts_shown, motion=motion), snakemake.output.exactness)
 
 resolved = corrected.isel(curve=corrected.resolved.values)  # of the others, no width is known
 widths = {"limit": limit.contraction.values}

@@ -14,7 +14,7 @@ params, motion = snakemake.params, snakemake.wildcards.motion
 wanted = set(params.operations)
 folder = params.folder or Path(snakemake.input.simulated).parent
 listed = list_operations(folder, motion, **params.chosen)
-files = [each for each in listed if each.number in wanted]
+files = [operation for operation in listed if operation.number in wanted]
 
 model_grid = Grid(grid(**params.grid), **params.errors)
 speeds = speeds_of(params.speeds)

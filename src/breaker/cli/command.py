@@ -65,8 +65,8 @@ def run() -> int:
     closes, ends the command as an interrupt does: no file stays half written.
     """
     gc.disable()
-    for each in ("SIGTERM", "SIGHUP"):  # Windows has the first alone
-        number = getattr(signal, each, None)
+    for signal_name in ("SIGTERM", "SIGHUP"):  # Windows has the first alone
+        number = getattr(signal, signal_name, None)
         if number and signal.getsignal(number) is signal.SIG_DFL:  # not under nohup
             signal.signal(number, _end)
     status = main()
@@ -109,7 +109,7 @@ def _parser(named: Sequence[str]) -> argparse.ArgumentParser:
     parser.set_defaults(smaller="name fewer files, or lower endurance.draws")
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
     what = f"configuration files, laid over {PROJECT} if there is one, or the defaults"
-    for name in [each for each in _COMMANDS if each in named] or _COMMANDS:
+    for name in [known for known in _COMMANDS if known in named] or _COMMANDS:
         module = importlib.import_module(f"breaker.cli.{name.replace('-', '_')}")
         about = module.__doc__.removesuffix(".").partition("`: ")[2]
         command = commands.add_parser(name, help=about, description=module.add.__doc__)

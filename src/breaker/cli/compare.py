@@ -73,19 +73,21 @@ def run(options: argparse.Namespace) -> int:
 
 def _config_of(own: Sequence[str], shared: Sequence[str], config: Mapping) -> Mapping:
     """Return the configuration of an inspection; its own files must not change shared keys."""
-    found = inputs.settings_of([*shared, *own]) if own else config
+    changed_config = inputs.settings_of([*shared, *own]) if own else config
     for key in _SHARED:
-        here, both = (reduce(getitem, key.split("."), each) for each in (found, config))
+        here, both = (
+            reduce(getitem, key.split("."), source) for source in (changed_config, config)
+        )
         if here != both:
             raise ValueError(
                 f"{' '.join(own)}: {key} is shared by both inspections; set it by --config"
             )
-    return found
+    return changed_config
 
 
 def _check_visits(visits: Mapping[str, Sequence]) -> None:
     """Refuse inspections that share a file, or whose tables name different breakers."""
-    of = [[each.operation for each in visit] for visit in visits.values()]
+    of = [[row.operation for row in visit] for visit in visits.values()]
     first, second = ({os.path.realpath(op.file) for op in visit} for visit in of)
     if both := sorted(first & second):
         raise ValueError(f"{both[0]} is named in both inspections; leave it out of one of them")

@@ -45,7 +45,7 @@ def _fact(text: str) -> tuple[str, list[float]]:
 
 def _check(options: argparse.Namespace) -> None:
     """Refuse options that contradict each other before anything is read."""
-    if models := [each for each in options.files if each.endswith(".safetensors")]:
+    if models := [file for file in options.files if file.endswith(".safetensors")]:
         raise ValueError(f"{models[0]} is a network, not a record; name it by --model")
     outputs = [(options.output, "table"), (options.plot, "picture")]
     beside = filter(None, [options.model, options.reference])
@@ -79,14 +79,14 @@ def run(options: argparse.Namespace) -> int:
     asked = diagnosis.limits_on(diagnosis.estimates, choice.motions)
     if apart := dict.fromkeys(e.pair or e.name for e in asked if e.of == "change"):
         words.append(words_for("limits-of-change", names=", ".join(apart)))
-    found = {**diagnosis.result, "remarks": [*map(note_of, words)]}
+    content = {**diagnosis.result, "remarks": [*map(note_of, words)]}
     if overlays:
-        found["reference"] = [_numbers(each) for each in overlays]
-    rejected = [each["file"] for each in found["records"] if not each["accepted"]]
-    nothing = len(rejected) == len(found["records"])
-    written = [] if nothing else _write(diagnosis, found, overlays, options)
-    said = [f"{each.title}: {each.words}" for each in overlays]
-    say(to_json(found) if options.json else text_of(document_of(found, said=said)))
+        content["reference"] = [_numbers(overlay) for overlay in overlays]
+    rejected = [record["file"] for record in content["records"] if not record["accepted"]]
+    nothing = len(rejected) == len(content["records"])
+    written = [] if nothing else _write(diagnosis, content, overlays, options)
+    said = [f"{overlay.title}: {overlay.words}" for overlay in overlays]
+    say(to_json(content) if options.json else text_of(document_of(content, said=said)))
     if rejected:
         said = "nothing was inferred" if nothing else f"rejected records: {len(rejected)}"
         how = f"`breaker inspect {shlex.quote(rejected[0])}` says how to read such a file"
@@ -113,19 +113,19 @@ def _families(model: str | None) -> Callable[[], Iterable]:
     return lambda: [network]
 
 
-def _write(diagnosis, found, overlays, options: argparse.Namespace) -> list[str]:
+def _write(diagnosis, content, overlays, options: argparse.Namespace) -> list[str]:
     """Write what the options ask for, and return what was written, in words."""
     written = []
     if options.output:
         from breaker.diagnosis.result import csv_of
 
-        written.append(write_lines(options.output, csv_of(found)))
+        written.append(write_lines(options.output, csv_of(content)))
     if options.plot:
         from breaker.common.randomness import generator
         from breaker.figures.records import answer, overlay
 
         settings, estimates = diagnosis.settings, diagnosis.estimates
-        first = next(each for each in estimates if each.levels)
+        first = next(estimate for estimate in estimates if estimate.levels)
         rng = generator(settings.seed, "prior draws")
         prior = diagnosis.given.sample_prior(first, settings.draws, rng)
         picture = overlay(overlays) if overlays else answer(estimates, prior)

@@ -96,9 +96,9 @@ def overlays_of(records: Sequence, good: Sequence, options: argparse.Namespace) 
         return []
     from breaker.diagnosis.curves import TOLERANCE, overlaid
 
-    if good and all(each.reason for each in good):
+    if good and all(record.reason for record in good):
         raise ValueError(f"the reference cannot be used: {good[0].reason}")
-    if not (found := overlaid(records, good, options.tolerance or TOLERANCE)):
-        lacks = f"has no usable {' or '.join(dict.fromkeys(each.motion for each in records))}"
+    if not (laid_over := overlaid(records, good, options.tolerance or TOLERANCE)):
+        lacks = f"has no usable {' or '.join(dict.fromkeys(record.motion for record in records))}"
         raise ValueError(f"the reference {options.reference} {lacks}; name one that has")
-    return found
+    return laid_over

@@ -49,7 +49,7 @@ def run(options: argparse.Namespace) -> int:
 
 def _refuse(options: argparse.Namespace, names: Sequence[str], why: str) -> None:
     """Refuse options that do not fit what the command is asked about."""
-    if given := [each for each in names if getattr(options, each)]:
+    if given := [name for name in names if getattr(options, name)]:
         raise ValueError(f"--{given[0]} {why}; leave it out, or name a file or folder that fits")
 
 
@@ -72,22 +72,22 @@ def _look_into(options: argparse.Namespace, config: Mapping) -> int:
     else:
         say(f"\nNothing is proposed, as these settings read no motion (see above):\n\n{overlay}")
     say_written(written)
-    return 0 if any(each.record for each in proposal.motions) else 1
+    return 0 if any(motion.record for motion in proposal.motions) else 1
 
 
 def _is_numbered(folder: str, config: Mapping) -> bool:
     """Return whether files in the folders of motions are numbered as the workflow reads them."""
     from breaker.records.folder import list_operations
 
-    found = False
+    any_record = False
     for motion in config["motions"]:
         try:
-            found = bool(list_operations(folder, motion)) or found
+            any_record = bool(list_operations(folder, motion)) or any_record
         except FileNotFoundError:
             continue
         except ValueError:
             return False
-    return found
+    return any_record
 
 
 def _check(folder: str, config: Mapping) -> int:
@@ -97,7 +97,7 @@ def _check(folder: str, config: Mapping) -> int:
 
     motions = config["motions"]
     checked = check_folder(folder, config["endurance"], config["sensor"], motions)
-    accepted = {each.motion for each in checked if each.accepted}
+    accepted = {motion_checked.motion for motion_checked in checked if motion_checked.accepted}
     say(text_of(document_of(checked)))
     remedy = f"set endurance.curves: {folder} in the configuration to use what is accepted"
     if lacking := " and no ".join(motion for motion in motions if motion not in accepted):

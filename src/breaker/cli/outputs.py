@@ -28,13 +28,13 @@ def check_outputs(wanted: Sequence[tuple[str | None, str]], read: Iterable[str])
     Raises:
         OSError, ValueError: With the remedy.
     """
-    folders = {os.path.realpath(Path(each, sub)) for each in read for sub in ("", *MOTIONS)}
+    folders = {os.path.realpath(Path(source, sub)) for source in read for sub in ("", *MOTIONS)}
     earlier: list[Path] = []
     for name, kind in wanted:
         if name is None:
             continue
         target = Path(os.path.realpath(name))
-        if any(target.is_relative_to(each) or each.is_relative_to(target) for each in earlier):
+        if any(target.is_relative_to(other) or other.is_relative_to(target) for other in earlier):
             raise ValueError(f"{name} is, or is in, another output of this command; name another")
         earlier.append(target)
         _check_output(name, target, kind, among_records=str(target.parent) in folders)
@@ -94,11 +94,11 @@ def whole(path: str | Path) -> Iterator[Path]:
             os.rename(old, target)
         raise
     finally:
-        for each in (part, old):
-            if each.is_dir():
-                shutil.rmtree(each, ignore_errors=True)
+        for leftover in (part, old):
+            if leftover.is_dir():
+                shutil.rmtree(leftover, ignore_errors=True)
             else:
-                each.unlink(missing_ok=True)
+                leftover.unlink(missing_ok=True)
 
 
 def write(name: str, fill: Callable[[Path], object]) -> None:

@@ -47,9 +47,9 @@ def run(options: argparse.Namespace) -> int:
     content, lacking = content_of(report, Path(options.output).suffix)
     write(options.output, lambda part: part.write_bytes(content))
     *warnings, verdict = report.summary
-    for each in warnings:
-        say(each)
-    for reason in dict.fromkeys(each.reason for each in diagnosis.records if each.reason):
+    for warning in warnings:
+        say(warning)
+    for reason in dict.fromkeys(record.reason for record in diagnosis.records if record.reason):
         say(f"breaker: not in the report: {reason}", beside=True)
     say("\n".join(filter(None, [verdict, f"report written to {options.output}", lacking])))
     return 0
@@ -93,6 +93,6 @@ def content_of(report, ending: str) -> tuple[bytes, str]:
     from breaker.figures.style import encoded, without_font
 
     pictures = list(curves(report.panels, report.colours))
-    page = html_page(report, [encoded(each, "png") for each in pictures])
+    page = html_page(report, [encoded(picture, "png") for picture in pictures])
     content = pdf_of(page) if ending.lower() == ".pdf" else page.encode("utf-8")
     return content, without_font(pictures)

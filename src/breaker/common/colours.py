@@ -22,10 +22,10 @@ def phase_colours(
     {'L2': '#000000', 'L1': '#112233'}
     """
     names = [*dict.fromkeys(names)]
-    found = dict(zip(names, cycle(_OTHERS)))
+    by_name = dict(zip(names, cycle(_OTHERS)))
     for system, colours in _OF_PHASES.items():
         known = dict(zip(system.split(), colours, strict=True))
         if {name.upper() for name in names} <= known.keys():
-            found = {name: known[name.upper()] for name in names}
+            by_name = {name: known[name.upper()] for name in names}
             break
-    return found | {name: colour for name, colour in own.items() if name in found}
+    return by_name | {name: colour for name, colour in own.items() if name in by_name}

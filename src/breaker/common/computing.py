@@ -19,8 +19,8 @@ class _Numpy:
     def __getattr__(self, name: str) -> Any:
         import numpy
 
-        vars(self)[name] = found = getattr(numpy, name)  # found at once from now on
-        return found
+        vars(self)[name] = function = getattr(numpy, name)  # found at once from now on
+        return function
 
 
 if TYPE_CHECKING:
@@ -106,5 +106,5 @@ class _Late:
         return self.fast._numba_type_
 
     def __call__(self, *args: Any) -> Any:
-        _Late.left -= sum(getattr(each, "size", 0) for each in args)
+        _Late.left -= sum(getattr(arg, "size", 0) for arg in args)
         return (self.plain if _Late.left > 0 else self.fast)(*args)

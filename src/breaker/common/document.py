@@ -122,7 +122,7 @@ def text_of(document: Document) -> str:
     <BLANKLINE>
     L  10.1
     """
-    first = [line for each in document.summary for line in wrapped(each, "", "  ")]
+    first = [line for note in document.summary for line in wrapped(note, "", "  ")]
     blocks = [first, *map(lines_of, [*document.parts, *document.after])]
     return "\n\n".join("\n".join(lines) for lines in blocks if lines)
 
@@ -135,9 +135,9 @@ def lines_of(part: Section | Table | Remark | str) -> list[str]:
         return [part]
     lines = [part.title] if part.title else []
     if isinstance(part, Section):
-        return [*lines, *(line for each in part.parts for line in lines_of(each))]
+        return [*lines, *(line for section in part.parts for line in lines_of(section))]
     lines += [line for row in _rows(part) for line in row]
-    return [*lines, *(line for each in part.notes for line in wrapped(each))]
+    return [*lines, *(line for note in part.notes for line in wrapped(note))]
 
 
 def wrapped(text: str, first: str = "  ", indent: str = "    ") -> list[str]:

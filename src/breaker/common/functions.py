@@ -16,10 +16,10 @@ def load(text: str) -> Callable:
     file = file_of(text)
     module, _, name = text.partition(":")
     with _working_directory():
-        found = getattr(import_module(module), name, None)
-    if not callable(found):
+        attribute = getattr(import_module(module), name, None)
+    if not callable(attribute):
         raise ValueError(f"{text}: {file} has no function {name!r}; define it, or name another")
-    return found
+    return attribute
 
 
 def file_of(text: str) -> Path:

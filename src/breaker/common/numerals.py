@@ -26,7 +26,7 @@ def distinct(values: Sequence[float], digits: int, *, sign: bool = False) -> lis
     >>> distinct([178.21, 178.24], 4), distinct([2.0, 3.0], 4)
     (['178.21', '178.24'], ['2', '3'])
     """
-    write = lambda more: [in_digits(each, more, sign=sign) for each in values]  # noqa: E731
+    write = lambda more: [in_digits(value, more, sign=sign) for value in values]  # noqa: E731
     texts = map(write, range(digits, 8))
     return next((some for some in texts if some[0] != some[-1]), write(digits))
 

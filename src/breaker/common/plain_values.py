@@ -13,8 +13,8 @@ class Plain:
 
     def plain(self) -> dict:
         """Return the values by name, parts among them as they are."""
-        pairs = ((each, getattr(self, each.name)) for each in fields(self))
-        return {each.name: v for each, v in pairs if v is not None or each.default is not None}
+        pairs = ((field, getattr(self, field.name)) for field in fields(self))
+        return {field.name: v for field, v in pairs if v is not None or field.default is not None}
 
 
 @dataclass(frozen=True)
@@ -39,11 +39,11 @@ def plainly(value: object) -> object:
     if isinstance(value, Plain):
         return replace(value, **{e.name: plainly(getattr(value, e.name)) for e in fields(value)})
     if isinstance(value, Mapping):
-        return {key: plainly(each) for key, each in value.items()}
+        return {key: plainly(item) for key, item in value.items()}
     if isinstance(value, np.ndarray | np.generic):
         value = value.tolist()
     if isinstance(value, list | tuple):
-        return [plainly(each) for each in value]
+        return [plainly(item) for item in value]
     if isinstance(value, float):
         return float(f"{value:.6g}") if np.isfinite(value) else None
     return value

@@ -37,12 +37,12 @@ class SavedModel(NamedTuple):
 
     def weight(self, name: str, dtype: str) -> np.ndarray:
         """Return a tensor of the weights; refuse another type, and numbers that are not finite."""
-        found = np.array(self.arrays[name])  # which may be changed, unlike that of the file
-        if found.dtype != dtype:
-            raise ModelFileError(f"tensor {name} is of {found.dtype}, not {dtype}")
-        if not np.isfinite(found).all():
+        weights = np.array(self.arrays[name])  # which may be changed, unlike that of the file
+        if weights.dtype != dtype:
+            raise ModelFileError(f"tensor {name} is of {weights.dtype}, not {dtype}")
+        if not np.isfinite(weights).all():
             raise ModelFileError(f"tensor {name} has numbers that are not finite")
-        return found
+        return weights
 
 
 @contextmanager
@@ -65,8 +65,8 @@ def open_model(path: str | Path) -> Iterator[SavedModel]:
         header, tensors = _parts(content)
         about = header.get("__metadata__", {})
         settings = _settings(about)
-        if (found := about.get("checksum")) != _checksum(tensors, about):
-            what = "is another" if found else "is missing"
+        if (given := about.get("checksum")) != _checksum(tensors, about):
+            what = "is another" if given else "is missing"
             raise ModelFileError(f"its checksum {what}: it was changed after it was written")
         yield SavedModel(settings, arrays)
     except ModelFileError as error:
@@ -91,7 +91,7 @@ def write_model(path: str | Path, settings: Mapping, weights: Mapping[str, np.nd
 
     header = {"format": _FORMAT, "breaker_version": __version__}
     header["settings"] = json.dumps(settings, sort_keys=True)
-    arrays = {name: each.copy(order="C") for name, each in weights.items()}
+    arrays = {name: weight.copy(order="C") for name, weight in weights.items()}
     Path(path).write_bytes(_finished(save(arrays, metadata=header)))
 
 
@@ -112,8 +112,8 @@ def _parts(content: bytes) -> tuple[dict[str, Any], bytes]:
 
 
 def _checksum(tensors: bytes, about: Mapping[str, str]) -> str:
-    found = hashlib.sha256(tensors).hexdigest() + about["settings"]
-    return hashlib.sha256(found.encode()).hexdigest()
+    actual = hashlib.sha256(tensors).hexdigest() + about["settings"]
+    return hashlib.sha256(actual.encode()).hexdigest()
 
 
 def _finished(content: bytes) -> bytes:
@@ -128,8 +128,8 @@ def _finished(content: bytes) -> bytes:
 
 def _settings(about: Mapping[str, str]) -> dict:
     """Return settings, in which numbers are finite and sizes are such as networks have."""
-    if (found := about.get("format")) != _FORMAT:
-        raise ModelFileError(f"its format is {found!r}, this version of breaker reads {_FORMAT!r}")
+    if (given := about.get("format")) != _FORMAT:
+        raise ModelFileError(f"its format is {given!r}, this version of breaker reads {_FORMAT!r}")
     settings = dict(json.loads(about["settings"], parse_float=_finite, parse_constant=_finite))
     _check_sizes([settings.get("network"), settings.get("sensor", {}).get("samples", 0)])
     return settings
@@ -141,11 +141,11 @@ def _finite(text: str) -> float:
     return value
 
 
-def _check_sizes(found: object) -> None:
+def _check_sizes(lengths: object) -> None:
     """Refuse large numbers in settings, and long lists."""
-    many = isinstance(found, Mapping | list)
-    size = len(found) if many else found
+    many = isinstance(lengths, Mapping | list)
+    size = len(lengths) if many else lengths
     if isinstance(size, int | float) and size > _LARGEST:
         raise ValueError(f"a size is {size:g}, and sizes are at most {_LARGEST}")
-    for each in (found.values() if isinstance(found, Mapping) else found) if many else ():
-        _check_sizes(each)
+    for length in (lengths.values() if isinstance(lengths, Mapping) else lengths) if many else ():
+        _check_sizes(length)

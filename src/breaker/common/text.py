@@ -34,8 +34,8 @@ def visible_text(text: str) -> str:
     return re.sub(r"[^\t\n -~]", _shown, text)
 
 
-def _shown(found: re.Match) -> str:
-    sign = found[0]
+def _shown(control: re.Match) -> str:
+    sign = control[0]
     if (category(sign) == "Zs" or sign.isprintable()) and not _HIDDEN.match(sign):
         return sign
     return sign.encode("unicode_escape").decode("ascii")
@@ -80,7 +80,7 @@ def table_text(names: Sequence[str], rows: Iterable[Mapping[str, object]]) -> st
     "file,sd\\n'@a.csv,-0.1\\n"
     """
     cells = [names, *([row.get(name) for name in names] for row in rows)]
-    return "".join(",".join(map(_quoted, each)) + "\n" for each in cells)
+    return "".join(",".join(map(_quoted, line)) + "\n" for line in cells)
 
 
 def _quoted(cell: object) -> str:
@@ -100,7 +100,7 @@ def save_frame(frame: "pd.DataFrame", file: str, *, digits: int) -> None:
     """
     safe = frame.rename(columns=inert)
     # Only where a cell changes: pandas would take counts with gaps between for fractions.
-    run = [name for name in safe if any(inert(each) is not each for each in safe[name])]
+    run = [name for name in safe if any(inert(cell) is not cell for cell in safe[name])]
     safe = safe.assign(**{name: [*map(inert, safe[name])] for name in run})
     safe.to_csv(file, index=False, float_format=f"%.{digits}g")
 

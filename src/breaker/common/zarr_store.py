@@ -68,19 +68,19 @@ def open_store(path: str | Path) -> xr.Dataset:
         expected = dict(json.loads((path / _CHECKSUMS).read_text(encoding="utf-8")))
     except (OSError, ValueError, TypeError) as error:
         raise StoreError(path, f"{_CHECKSUMS} cannot be read: {error}") from error
-    found = _checksums(path)
+    actual = _checksums(path)
     for name, checksum in expected.items():
-        if found.get(name) != checksum:
-            what = "has changed since it was written" if name in found else "is lost"
+        if actual.get(name) != checksum:
+            what = "has changed since it was written" if name in actual else "is lost"
             raise StoreError(path, f"its file {name} {what}")
     return xr.open_zarr(path, chunks=None)
 
 
 def _checksums(store: Path) -> dict[str, list[int]]:
     """Return size in bytes and CRC-32 of each file of a store, by name."""
-    found = {}
-    for file in sorted(each for each in store.rglob("*") if each.is_file()):
+    checksums = {}
+    for file in sorted(path for path in store.rglob("*") if path.is_file()):
         content = file.read_bytes()
-        found[file.relative_to(store).as_posix()] = [len(content), zlib.crc32(content)]
-    found.pop(_CHECKSUMS, None)
-    return found
+        checksums[file.relative_to(store).as_posix()] = [len(content), zlib.crc32(content)]
+    checksums.pop(_CHECKSUMS, None)
+    return checksums

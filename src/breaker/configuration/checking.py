@@ -35,18 +35,18 @@ _NAMELESS = "is not a known key: YAML reads a number or a date, not a text. Quot
 
 def problems(section: type[Section], content: Any) -> dict[Key, str]:
     """Return what is wrong with the content of a section: by key, a text that goes on after it."""
-    found: dict[Key, str] = {}
+    by_key: dict[Key, str] = {}
     try:
         section.model_validate(content)
     except ValidationError as error:
-        for each in error.errors(include_url=False):
-            if each["type"] == "missing" and each["loc"][0] == "by_motion":
+        for failure in error.errors(include_url=False):
+            if failure["type"] == "missing" and failure["loc"][0] == "by_motion":
                 continue  # it holds only what differs
-            key, text = _problem(each, content, section)
+            key, text = _problem(failure, content, section)
             # A value that may be of two types has an error for each of them.
-            or_else = f"{found.get(key)} Or it {text.partition(', but ')[2]}"
-            found[key] = or_else if key in found else text
-    return found
+            or_else = f"{by_key.get(key)} Or it {text.partition(', but ')[2]}"
+            by_key[key] = or_else if key in by_key else text
+    return by_key
 
 
 def dotted(key: Key) -> str:

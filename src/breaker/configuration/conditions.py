@@ -85,13 +85,13 @@ def _costs(planning) -> Found:
 def _prior(prior, size) -> Found:
     """A unit that is wrong by 1,000, a drive of another size, or a contact that never closes."""
     medians = defaults()["prior"]
-    for each in PARAMETERS:
-        median = prior[each.name]["median"]
-        usual = medians[each.name]["median"] * Size(**size).factor(each.unit)
+    for parameter in PARAMETERS:
+        median = prior[parameter.name]["median"]
+        usual = medians[parameter.name]["median"] * Size(**size).factor(parameter.unit)
         if not 1 / UNLIKE <= median / usual <= UNLIKE:
             text = f"is {median:g}, {median / usual:,.4g} times that of a drive of this size, "
-            text += f"{usual:.3g}. Its unit is {each.unit}. For another size, set size."
-            yield ("prior", each.name, "median"), text
+            text += f"{usual:.3g}. Its unit is {parameter.unit}. For another size, set size."
+            yield ("prior", parameter.name, "median"), text
     columns = ([prior[name][key] for name in NAMES] for key in ("median", "log_sd"))
     slope, offset = pressed_half_space(*columns)
     share = 0.5 * math.erfc(-offset / math.hypot(*slope) / math.sqrt(2))
@@ -106,7 +106,7 @@ def _limits(limits, types, motions, speeds) -> Found:
     defined = every_speed(speeds)
     for number, entry in enumerate(limits):
         yield from _refused(("limits", number), from_list, [entry], MOTIONS, defined)
-    yield from _distinct(("limits",), [each["name"] for each in limits if "name" in each])
+    yield from _distinct(("limits",), [limit["name"] for limit in limits if "name" in limit])
     if not any(entry.get("motion", motions[0]) in motions for entry in limits):
         yield ("limits",), f"has no limit of {' or '.join(motions)} (motions). Add one."
     yield from _refused(("types",), types_of, {"types": types, "speeds": speeds})
@@ -172,7 +172,7 @@ def _folder(endurance, motions, known) -> Found:
         yield from _refused(
             ("endurance", "curves"), lambda on: stated.extend(_stated(endurance, on)), motion
         )
-    for text in {lacking({**FORMAT, **endurance["format"], **each}) for each in stated} - {""}:
+    for text in {lacking({**FORMAT, **endurance["format"], **row}) for row in stated} - {""}:
         yield ("endurance", "format"), f"cannot be used: {text}."
     if known:
         yield ("known",), "is not used by the workflow: give it to `breaker infer`. Leave it empty."
@@ -185,6 +185,6 @@ def _stated(endurance: Mapping, motion: str) -> list[Mapping]:
         return [{}]
     if breaker is None and len(list_breakers(curves, events)) > 1:
         fleet = list_fleet(curves, phase=phase, events=events)
-        return [each.settings for some in fleet.values() for _, each in some]
+        return [row.settings for some in fleet.values() for _, row in some]
     chosen = {"breaker": breaker, "phase": phase, "events": events}
-    return [each.settings for each in list_operations(curves, motion, **chosen)]
+    return [operation.settings for operation in list_operations(curves, motion, **chosen)]

@@ -16,8 +16,8 @@ def _checked(file: str | Path, section: str) -> dict[str, Any]:
     from breaker.configuration.checking import dotted, problems
 
     content = read(file)
-    if found := problems(getattr(settings, section), content):
-        lines = [f"{file}: {dotted(key)} {text}" for key, text in found.items()]
+    if wrong := problems(getattr(settings, section), content):
+        lines = [f"{file}: {dotted(key)} {text}" for key, text in wrong.items()]
         raise ConfigurationError("\n  ".join(lines))
     return content
 
@@ -52,9 +52,9 @@ def laid_over(config: Mapping[str, Any], entry: Mapping[str, Any]) -> dict[str, 
 
     ratio = {"ratio": entry["ratio"]} if "ratio" in entry else {}
     over = {"speeds": entry.get("speeds", {}), "endurance": {"format": ratio}}
-    found = merge(config, over)
-    limits = entries_of_type(entry.get("limits", {}), every_speed(found["speeds"]))
-    return found | {"limits": [*config["limits"], *limits]}
+    merged = merge(config, over)
+    limits = entries_of_type(entry.get("limits", {}), every_speed(merged["speeds"]))
+    return merged | {"limits": [*config["limits"], *limits]}
 
 
 def of_drive(config: Mapping[str, Any]) -> Mapping[str, Any]:
@@ -82,11 +82,11 @@ def of_drive(config: Mapping[str, Any]) -> Mapping[str, Any]:
 
 def entry_of_type(types: Mapping[str, dict[str, Any]], name: str) -> dict[str, Any]:
     """Return the entry of a type in any spelling; ConfigurationError if there is not just one."""
-    found = [known for known in types if bare(known) == bare(name)]
-    if len(found) != 1:
-        there = f"is there as {' and '.join(found)}" if found else "is not among the types"
+    matches = [known for known in types if bare(known) == bare(name)]
+    if len(matches) != 1:
+        there = f"is there as {' and '.join(matches)}" if matches else "is not among the types"
         raise ConfigurationError(f"type {name} {there}. Known types: {', '.join(types) or 'none'}")
-    return types[found[0]]
+    return types[matches[0]]
 
 
 def simulated_test(config: Mapping[str, Any]) -> dict[str, Any]:

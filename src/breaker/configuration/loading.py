@@ -69,11 +69,11 @@ def of_motion(config: Mapping[str, Any], motion: str) -> dict[str, dict[str, Any
     Of inference networks, the chosen one alone is kept, flat, so that no model depends on others.
     """
     both = {key: config[key] for key in ("network", "training")}
-    found = merge(both, config["by_motion"].get(motion, {}))
-    inference = found["network"]["inference"]
+    combined = merge(both, config["by_motion"].get(motion, {}))
+    inference = combined["network"]["inference"]
     chosen = {"kind": inference["kind"], **inference[inference["kind"]]}
-    found["network"] = {"summary": found["network"]["summary"], "inference": chosen}
-    return found
+    combined["network"] = {"summary": combined["network"]["summary"], "inference": chosen}
+    return combined
 
 
 def check(config: Mapping, *, files: Sequence[str | Path] = (), curves: bool = True) -> None:
@@ -93,10 +93,10 @@ def check(config: Mapping, *, files: Sequence[str | Path] = (), curves: bool = T
 
     sources = {Path(path): parse(path)[1] for path in files}
     wrong = problems(Settings, config)
-    found = [*wrong.items(), *broken(config, {key[0] for key in wrong}, curves=curves)]
-    lines = [f"{place(key, sources)}{dotted(key)} {text}" for key, text in found]
-    for path, each in sources.items():
-        lines += [f"{path}, {text}" for text in repeated(each)]
+    problems_there = [*wrong.items(), *broken(config, {key[0] for key in wrong}, curves=curves)]
+    lines = [f"{place(key, sources)}{dotted(key)} {text}" for key, text in problems_there]
+    for path, source in sources.items():
+        lines += [f"{path}, {text}" for text in repeated(source)]
     lines = list(dict.fromkeys(lines))  # a table of operations may be wrong for both motions
     if lines:
         text = "\n  ".join([f"Problems of the configuration: {len(lines)}", *lines])
@@ -153,7 +153,7 @@ def place(key: tuple, sources: Mapping[Path, Lines]) -> str:
 
 def _lines(node: yaml.Node | None, above: tuple[str, ...] = ()) -> Lines:
     """Return the key and the line of each entry of a section or list, and of those in it."""
-    entries, found = [], []
+    entries, lines = [], []
     if isinstance(node, yaml.MappingNode):
         entries = [(name.value, name, value) for name, value in node.value]
     elif isinstance(node, yaml.SequenceNode):
@@ -162,5 +162,5 @@ def _lines(node: yaml.Node | None, above: tuple[str, ...] = ()) -> Lines:
         # Not of an earlier section, merged into this one by <<, which may change it.
         if mark.start_mark.line >= node.start_mark.line:
             key = (*above, name)
-            found += [(key, mark.start_mark.line + 1), *_lines(value, key)]
-    return found
+            lines += [(key, mark.start_mark.line + 1), *_lines(value, key)]
+    return lines

@@ -28,7 +28,7 @@ class Section(BaseModel):
 
 def _section(text: str, **parts: tuple[Any, Any] | type[Section]) -> type[Section]:
     """Return a section: its description, settings, each a type and a default, and sections."""
-    fields = {name: (each, ...) if isinstance(each, type) else each for name, each in parts.items()}
+    fields = {name: (part, ...) if isinstance(part, type) else part for name, part in parts.items()}
     return create_model(text, __base__=Section, __doc__=text, **fields)
 
 

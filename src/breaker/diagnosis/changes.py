@@ -171,7 +171,7 @@ def measured_change(
 
 def _readings(shown: Iterable[Mapping[str, Measured]], name: str) -> np.ndarray:
     """Return values of a quantity and their sds, ``(n, 2)``, of the records that show it."""
-    readings = np.array([each[name][:2] for each in shown], float)
+    readings = np.array([quantity_values[name][:2] for quantity_values in shown], float)
     return readings[np.isfinite(readings[:, 0])]
 
 
@@ -239,7 +239,7 @@ class NetworkChanges:
         if probability >= SURE:
             return replace(self, state="different_setup", draws={})
         still = np.arange(_DRAWS) < probability * _DRAWS
-        draws = {name: np.where(still, 0.0, each) for name, each in self.draws.items()}
+        draws = {name: np.where(still, 0.0, draw) for name, draw in self.draws.items()}
         return replace(self, draws=draws)
 
     @property
@@ -278,13 +278,13 @@ def compare(
     """
     seen = {("before", motion): mean.seen for motion, mean in pair.first.items()}
     seen |= {("today", motion): mean_record(raws).seen for motion, raws in pair.today.items()}
-    (state, network), found, fits = choose_family(
+    (state, network), selected, fits = choose_family(
         networks,
         lambda both: [(key, both[0].match(key[1], mean)) for key, mean in seen.items()],
         misfit_p_value,
     )
     matches: dict[str, dict[str, dict]] = {motion: {} for motion in pair.before}
-    for (inspection, motion), match in found:
+    for (inspection, motion), match in selected:
         matches[motion][inspection] = {"p_value": match.p_value, "parts": match.parts}
     changes = NetworkChanges(state.settings["family"], matches)
     if not fits:
@@ -307,5 +307,5 @@ def compare(
         if apart.min() < LEAST_AGREEMENT:
             return replace(changes, state="operations_disagree")
     draws = dict(zip(NAMES, np.expm1(logs[0].T), strict=True))
-    draws |= {name: each[0] for name, each in effects.items()}
+    draws |= {name: effect[0] for name, effect in effects.items()}
     return replace(changes, state="estimated", draws=draws)

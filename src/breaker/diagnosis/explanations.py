@@ -106,12 +106,12 @@ def explain(
         parameter = max(own, key=own.get)
         probability = float(np.exp(np.logaddexp.reduce([*own.values()]) - total))
         explanations.append(Explanation(cause, parameter, probability, amounts.get(cause, ())))
-    return sorted(explanations, key=lambda each: -each.probability)
+    return sorted(explanations, key=lambda reason: -reason.probability)
 
 
 def other_measurement(explanations: Sequence[Explanation]) -> float:
     """Return the probability that the inspections were measured differently."""
-    return sum(each.probability for each in explanations if each.cause in _OTHER_SETUP)
+    return sum(reason.probability for reason in explanations if reason.cause in _OTHER_SETUP)
 
 
 def measured_differences(
@@ -125,18 +125,20 @@ def measured_differences(
     0.2 to 0.8 mm of slack, 22 have this difference; without it all are said to have changed. A time
     that is longer may also be a force that builds up later, which is a change of the drive.
     """
-    found = []
+    differences = []
     if other_measurement(explanations) >= SURE:
-        cause = next(each for each in explanations if each.cause in _OTHER_SETUP)
-        found.append(say(f"other-{cause.cause}", today=1.0 + cause.change[1] / 100.0))
+        cause = next(reason for reason in explanations if reason.cause in _OTHER_SETUP)
+        differences.append(say(f"other-{cause.cause}", today=1.0 + cause.change[1] / 100.0))
     later = [row for row in measured if row.name == f"{row.motion}_speed_50_90"]
     if len(later) < len(MOTIONS) or any(row.changed for row in later):
-        return found
+        return differences
     starts = {m: [_starts(pair.before[m]), _starts(pair.today[m])] for m in MOTIONS}
     rows = [measured_change(_START, motion, both) for motion, both in starts.items()]
     if all(row and row.changed and row.difference < 0.0 for row in rows):
-        found += [say("other-slack", motion=e.motion, before=e.before, today=e.today) for e in rows]
-    return found
+        differences += [
+            say("other-slack", motion=e.motion, before=e.before, today=e.today) for e in rows
+        ]
+    return differences
 
 
 def _starts(raws: Sequence[Record]) -> np.ndarray:
@@ -208,7 +210,7 @@ def _hypotheses(
     wider = np.square([_WIDER.get(name, 1.0) for name in NAMES])[:, None, None]
     changed = wider * (slopes[:, :, None] * slopes[:, None] + errors)  # by an sd of 1
     ways = np.outer(change.way, change.way)
-    by = {("drive", name): ("parameter", each) for name, each in zip(NAMES, changed, strict=True)}
+    by = {("drive", name): ("parameter", row) for name, row in zip(NAMES, changed, strict=True)}
     by |= {("drive", ""): ("several", changed.sum(axis=0)), ("ratio", ""): ("ratio", ways)}
     yield ("none", ""), _CAUSES["none"][0], 0.0
     for key, (cause, covariance) in by.items():

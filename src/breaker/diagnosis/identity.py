@@ -27,14 +27,14 @@ def contradictions(records: Iterable[DriveRecord]) -> list[Sentence]:
 
     Poles may have serial numbers of their own; where a table names the breaker, it is right.
     """
-    usable, found = [record for record in records if not record.reason], []
+    usable, conflicts = [record for record in records if not record.reason], []
     for name in () if any(e.operation.breaker for e in usable) else ("serial", "bay", "type"):
         stated = {bare(value): value for e in usable if (value := getattr(e.stated, name))}
         poles = {(phase_of(record), bare(getattr(record.stated, name))) for record in usable}
         own = name == "serial" and len(poles) == len({phase for phase, _ in poles} - {""})
         if len(stated) > 1 and not own:
-            found.append(say(f"{name}-differs", values=" and ".join(sorted(stated.values()))))
-    return found
+            conflicts.append(say(f"{name}-differs", values=" and ".join(sorted(stated.values()))))
+    return conflicts
 
 
 def doubts_about(records: Sequence[DriveRecord]) -> list[str]:
@@ -104,14 +104,14 @@ def check_phases(inspections: Inspections) -> list[Sentence]:
 
 def stated_differences(inspections: Inspections) -> list[Sentence]:
     """Return in which ratio, serial number or bay the files of two inspections differ."""
-    found = []
+    differences = []
     for name, key in {"linkage ratio": "ratio", "serial number": "serial", "bay": "bay"}.items():
         both = [{getattr(e.stated, key) for e in some} for some in inspections.values()]
-        before, today = ([value for value in each if value and value == value] for each in both)
+        before, today = ([value for value in pair if value and value == value] for pair in both)
         if len(before) == len(today) == 1 and bare(str(before[0])) != bare(str(today[0])):
             was, now = (e if isinstance(e, str) else in_digits(e, 4) for e in (*before, *today))
-            found.append(say("stated-otherwise", what=name, before=was, today=now))
-    return found
+            differences.append(say("stated-otherwise", what=name, before=was, today=now))
+    return differences
 
 
 def nameplate(
@@ -150,9 +150,9 @@ def printed_values(
     by_file: dict[str, list[DriveRecord]] = {}
     for record in records:
         by_file.setdefault(printable(record.operation.file), []).append(record)
-    found = {}
+    values = {}
     for file, own in by_file.items():
         motions, phases = [e.motion for e in own], [e.operation.phase for e in own]
         results = results_of(own[-1].stated, motions, [*dict.fromkeys(phases)], speeds)
-        found |= {(file, *key): value for key, value in results.items()}
-    return found
+        values |= {(file, *key): value for key, value in results.items()}
+    return values

@@ -63,13 +63,13 @@ class Inference(NamedTuple):
             wider = self._infer_in(others, usable) if others else estimates
             if not any(e.misfit or e.unresolved or _contact_disagrees(e) for e in wider):
                 estimates = wider
-        found = {}
+        completed = {}
         for estimate in estimates:
             raw = estimate.record.raw
             about = {"speeds": speeds, "measured": raw.measured(speeds, estimate.contact)}
             about["remarks"] = (*raw.remarks_on(), *estimate.remarks)
-            found[id(estimate.record)] = replace(estimate, **about)
-        return [found.get(id(record)) or Estimate(record) for record in records]
+            completed[id(estimate.record)] = replace(estimate, **about)
+        return [completed.get(id(record)) or Estimate(record) for record in records]
 
     def _infer_in(
         self, families: Iterable[StateNetwork], usable: Sequence[DriveRecord]
@@ -99,7 +99,7 @@ class Inference(NamedTuple):
         """Return the squared distance between the posteriors of both records of an operation."""
         rng = generator(self.settings.seed, "motions", operation[0].record.operation.number)
         draw = partial(operation[0].levels.draw, draws=_ROUNDS[0][1], rng=rng, size=self.given.size)
-        drawn = (draw({each.record.motion: each.record.seen}) for each in operation)
+        drawn = (draw({own_part.record.motion: own_part.record.seen}) for own_part in operation)
         return squared_distance(*(np.log(draws.theta) for draws in drawn))
 
     def _infer_together(
@@ -134,12 +134,12 @@ class Inference(NamedTuple):
             share = np.log(draws.theta).var(axis=0) / self.given.prior_variance(drawn[0])
             about |= {"draws": draws, "stroke": strokes, "prior_share": share}
         remarks = [*self._disagreements(drawn)]
-        for k, each in enumerate(drawn):
-            motion, own = each.record.motion, [*each.remarks]
+        for k, part in enumerate(drawn):
+            motion, own = part.record.motion, [*part.remarks]
             if motion in timed.keys() - contacts:
-                late = in_digits(each.record.raw.contact.time - each.record.raw.moves, 4)
+                late = in_digits(part.record.raw.contact.time - part.record.raw.moves, 4)
                 own.append(say("contact-disagrees", time=late, sds=sds[motion]))
-            drawn[k] = replace(each, remarks=(*own, *remarks), surprise=sds.get(motion, np.nan))
+            drawn[k] = replace(part, remarks=(*own, *remarks), surprise=sds.get(motion, np.nan))
             drawn[k], remarks = replace(drawn[k], contact_used=motion in contacts, **about), ()
         return drawn
 
@@ -154,7 +154,7 @@ class Inference(NamedTuple):
         seen = {estimate.record.motion: estimate.record.seen for estimate in operation}
         strokes = [estimate.record.raw.reading.quantities()["stroke"] for estimate in operation]
         rest = min((one for one in strokes if not one.reason), key=lambda e: e.sd, default=None)
-        rounds = [(*each, self.given.size) for each in _ROUNDS]
+        rounds = [(*step, self.given.size) for step in _ROUNDS]
         if not (self.given.restricts or contacts):  # nothing weights the draws
             rounds[0] = self.settings.draws, _LEAST, self.given.size
         if self.given.prior is not None:  # it may be wider than the family's at its size

@@ -84,7 +84,7 @@ class InspectionChange(Plain):
 
     def plain(self) -> dict:
         """Return the values by name, after the sentences with their codes."""
-        sentences = [note_of(each) for each in (*self.warnings, *self.summary)]
+        sentences = [note_of(warning) for warning in (*self.warnings, *self.summary)]
         return {"sentences": sentences, **super().plain()}
 
     @property
@@ -131,11 +131,13 @@ class InspectionChange(Plain):
     def explained(self) -> Sentence:
         """Explanations with a probability above 5 %."""
         words, clauses = {parameter.name: parameter.word for parameter in PARAMETERS}, []
-        for each in (each for each in self.explanations if each.probability > 1.0 - SURE):
-            about = {"parameter": words.get(each.parameter)}
-            about |= {"amount": "{} ({} %)".format(*_amount(each.change))} if each.change else {}
-            code = "several" if each.cause == "drive" and not each.parameter else each.cause
-            clauses.append(say(f"cause-{code}", p=f"{each.probability:.2f}", **about))
+        for likely in (reason for reason in self.explanations if reason.probability > 1.0 - SURE):
+            about = {"parameter": words.get(likely.parameter)}
+            about |= (
+                {"amount": "{} ({} %)".format(*_amount(likely.change))} if likely.change else {}
+            )
+            code = "several" if likely.cause == "drive" and not likely.parameter else likely.cause
+            clauses.append(say(f"cause-{code}", p=f"{likely.probability:.2f}", **about))
         causes = "; or ".join(clauses)
         return say("explained", causes=causes[:1].upper() + causes[1:])
 
@@ -191,7 +193,7 @@ def compare_inspections(diagnosis: Diagnosis, inspections: Inspections) -> Inspe
     settings, speeds = diagnosis.settings, diagnosis.speeds_of([*used["before"], *used["today"]])
     rng, misfit = generator(settings.seed, "two visits"), settings.misfit_p_value
     changes = compare(pair, shipped_networks(), rng, misfit_p_value=misfit)
-    named_by = {each.operation.transducer for some in used.values() for each in some}
+    named_by = {row.operation.transducer for some in used.values() for row in some}
     explanations = explain(
         pair,
         shipped_sensitivities(changes.family),
@@ -266,7 +268,7 @@ def _usable(inspections: Inspections) -> tuple[dict[str, list[DriveRecord]], lis
     both = {"before": records[:count], "today": records[count:]}
     shown = [{e.motion for e in some if not e.reason} for some in both.values()]
     used, rejected = {name: [] for name in both}, []
-    for name, record in ((name, each) for name, some in both.items() for each in some):
+    for name, record in ((name, seen) for name, some in both.items() for seen in some):
         file, other = str(record.operation.file), "today" if name == "before" else "before"
         reason = record.reason.removeprefix(f"{file}: ")
         if not all(record.motion in motions for motions in shown):
@@ -277,15 +279,15 @@ def _usable(inspections: Inspections) -> tuple[dict[str, list[DriveRecord]], lis
         else:
             used[name].append(record)
     if not used["today"]:
-        reasons = "".join(f"\n  {say('rejected', **each)}" for each in rejected)
+        reasons = "".join(f"\n  {say('rejected', **rejection)}" for rejection in rejected)
         raise ValueError(say("nothing-to-compare", reasons=reasons))
     return used, rejected
 
 
 def _by_motion(records: Sequence[DriveRecord]) -> dict[str, list[Record]]:
     """Return records as they are in their files, by motion."""
-    found = {m: [each.raw for each in records if each.motion == m] for m in MOTIONS}
-    return {motion: raws for motion, raws in found.items() if raws}
+    raw_records = {m: [record.raw for record in records if record.motion == m] for m in MOTIONS}
+    return {motion: raws for motion, raws in raw_records.items() if raws}
 
 
 # ---- tables ----------------------------------------------------------------------------------
@@ -293,9 +295,9 @@ def _by_motion(records: Sequence[DriveRecord]) -> dict[str, list[Record]]:
 
 def words_of_change(document: InspectionChange) -> Document:
     """Return a comparison in words."""
-    limits = [limits_table(("", each) for each in document.limits)] if document.limits else []
+    limits = [limits_table(("", limit) for limit in document.limits)] if document.limits else []
     look = [Section(say("look-first"), [*map(Remark, document.advice)])] if document.advice else []
-    warnings = [f"WARNING: {each}" for each in document.warnings]
+    warnings = [f"WARNING: {warning}" for warning in document.warnings]
     return Document(
         summary=[*warnings, *document.summary], parts=[*limits, _table(document), *look]
     )
@@ -330,7 +332,7 @@ def _cells(row: QuantityChange) -> list[str]:
     change = interval = ""
     if row.measured or row.changed:
         change, interval = _amount(row.if_changed)
-    values = ["" if each is None else in_digits(each, 4) for each in (row.before, row.today)]
-    known = ("" if each is None else f"{each:.2f}" for each in (row.p_unchanged, row.p_worse))
+    values = ["" if stated is None else in_digits(stated, 4) for stated in (row.before, row.today)]
+    known = ("" if chance is None else f"{chance:.2f}" for chance in (row.p_unchanged, row.p_worse))
     unit = row.unit if row.measured else ""
     return [row.words, unit, *values, Cell(change, tone), interval, *known]

@@ -71,7 +71,7 @@ def _verdict(sides: Sequence[Limit], find: Callable, key: Sequence) -> Verdict:
     name = first.pair or first.name
     known = [find(first, quantity) for quantity in first.quantities]
     parts = [part for limit in sides for part in _parts(limit, known)]
-    reasons = [each.reason for each in known if isinstance(each, Measured) and each.reason]
+    reasons = [value.reason for value in known if isinstance(value, Measured) and value.reason]
     reasons += [text for part in parts if (text := _other_unit(name, part))]
     probability, verdict = np.nan, "inconclusive"
     if not reasons:
@@ -88,8 +88,8 @@ def _verdict(sides: Sequence[Limit], find: Callable, key: Sequence) -> Verdict:
 
 
 def _parts(limit: Limit, known: Sequence[Known]) -> Iterator[dict[str, object]]:
-    for (name, bound, is_upper), unit, each in zip(limit.parts, limit.units, known, strict=True):
-        value, ends = interval_of(each)
+    for (name, bound, is_upper), unit, state in zip(limit.parts, limit.units, known, strict=True):
+        value, ends = interval_of(state)
         bounds = [None, bound] if is_upper else [bound, None]
         part = {"quantity": name, "unit": unit, "value": value, "interval_95": ends}
         yield part | {"bounds": bounds}
@@ -109,15 +109,15 @@ def _exceedance(limit: Limit, known: Sequence[Known], key: Sequence) -> float:
     """Return the probability that a limit is exceeded by quantities that are known."""
     if limit.of == "record" and all(not up and bound <= 0.0 for _, bound, up in limit.parts):
         return 0.0  # no distance or time of a record is below 0
-    drawn = [each.size for each in known if isinstance(each, np.ndarray)]
+    drawn = [state.size for state in known if isinstance(state, np.ndarray)]
     if not drawn:
-        values, sds = np.array([each[:2] for each in known]).T
+        values, sds = np.array([state[:2] for state in known]).T
         return float(limit.measured_exceedance(values, sds))
     rng = generator(*key[:1], "limit", limit.name, *key[1:])
     draws = rng.standard_normal((drawn[0], len(known)))
-    for k, each in enumerate(known):
-        measured = isinstance(each, Measured)
-        draws[:, k] = each.value + each.sd * draws[:, k] if measured else each
+    for k, state in enumerate(known):
+        measured = isinstance(state, Measured)
+        draws[:, k] = state.value + state.sd * draws[:, k] if measured else state
     return float(limit.exceeded(draws).mean())
 
 
@@ -141,7 +141,7 @@ def judged(estimate: Estimate, limits: Sequence[Limit], *, seed: int) -> list[Ve
         code = "no-contact-channel" if of_model else "no-contact-channel-try-model"
         return NOTHING._replace(reason=say(code, event=EVENTS[record.motion]))
 
-    limits = [each for each in limits if each.motion == record.motion and each.of != "change"]
+    limits = [entry for entry in limits if entry.motion == record.motion and entry.of != "change"]
     return judge(limits, find, seed, record.operation.number)
 
 
@@ -152,13 +152,13 @@ def simultaneity_of(poles: Sequence[Mapping], limits: Mapping[str, float | None]
     are the largest allowed times by motion, ms; None for any.
     """
     motion = poles[0]["motion"]
-    base = "record" if len({each["file"] for each in poles}) == 1 else "trigger"
-    found = {"operation": poles[0]["operation"], "motion": motion, "base": base}
+    base = "record" if len({pole["file"] for pole in poles}) == 1 else "trigger"
+    simultaneity = {"operation": poles[0]["operation"], "motion": motion, "base": base}
     if (limit := limits.get(motion)) is not None:
-        found["limit"] = limit
+        simultaneity["limit"] = limit
     times, unknown = {}, []
-    for each in poles:
-        fit, phase = each["fit"], each.get("phase", "")
+    for pole in poles:
+        fit, phase = pole["fit"], pole.get("phase", "")
         zero = fit.get("trigger") if base == "trigger" else 0.0
         if zero is None or "contact_time" not in fit:
             unknown.append(phase)
@@ -167,11 +167,11 @@ def simultaneity_of(poles: Sequence[Mapping], limits: Mapping[str, float | None]
             times[phase] = at, fit.get("contact_sd", 0.0)
     if len(times) < 2:
         about = {"event": EVENTS[motion], "poles": ", ".join(unknown)}
-        return found | {"reason": note_of(say(f"simultaneity-unknown-by-{base}", **about))}
+        return simultaneity | {"reason": note_of(say(f"simultaneity-unknown-by-{base}", **about))}
     first, last = min(times, key=times.get), max(times, key=times.get)
     (early, sd), (late, other) = times[first], times[last]
     apart = Measured(late - early, float(np.hypot(sd, other)), "")
-    found |= {"value": apart.value, "sd": apart.sd, "first": first, "last": last}
+    simultaneity |= {"value": apart.value, "sd": apart.sd, "first": first, "last": last}
     if limit is not None:
-        found["verdict"] = VERDICTS[int((interval_of(apart)[1] > limit).sum())]
-    return found
+        simultaneity["verdict"] = VERDICTS[int((interval_of(apart)[1] > limit).sum())]
+    return simultaneity

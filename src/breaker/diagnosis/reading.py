@@ -30,15 +30,15 @@ def read_operations(
     A file of ``ANY`` has some of the ``motions``; motions of one kind are several operations.
     ``settings`` is the section ``endurance.format`` of the configuration.
     """
-    reader, found = Reader(settings, files), []
+    reader, operations_listed = Reader(settings, files), []
     for key, listed in operations.items():
         of = [key] if key else [*motions]
         some: list[DriveRecord] = []
         for operation, *raws in zip(listed, *reader.read_all(listed, *of), strict=True):
             read = dict(zip(of, raws, strict=True))
             some += _records_in(reader, operation, read, 0 if key else len(listed))
-        found += sorted(some, key=lambda record: MOTIONS.index(record.motion))
-    return without_copies(found)
+        operations_listed += sorted(some, key=lambda record: MOTIONS.index(record.motion))
+    return without_copies(operations_listed)
 
 
 def _records_in(
@@ -50,7 +50,7 @@ def _records_in(
     """
     cause = {motion: getattr(raw, "__cause__", None) for motion, raw in raws.items()}
     there = [motion for motion in raws if not isinstance(cause[motion], OtherMotionError)]
-    found: dict[object, DriveRecord] = {}
+    records: dict[object, DriveRecord] = {}
     for motion in there or [*raws][:1]:
         parts = separate_motions(operation, raws[motion]) if beyond and cause[motion] else []
         parts = [replace(e, number=e.number + k * beyond) for k, e in enumerate(parts)]
@@ -58,8 +58,8 @@ def _records_in(
         for part, raw in zip(parts or [operation], again or [raws[motion]], strict=True):
             record = _record(reader, part, motion, raw)
             key = record.reason or (motion, part.number)  # a reason of both motions counts once
-            found.setdefault(key, record)
-    return [*found.values()]
+            records.setdefault(key, record)
+    return [*records.values()]
 
 
 def _record(
@@ -84,7 +84,7 @@ def _record(
 
 def without_copies(records: Iterable[DriveRecord]) -> list[DriveRecord]:
     """Return records; a record with the samples of an earlier one is rejected."""
-    found, first = [], {}
+    changed, first = [], {}
     for record in records:
         if not record.reason:
             key = record.motion, record.raw.left.tobytes()
@@ -93,5 +93,5 @@ def without_copies(records: Iterable[DriveRecord]) -> list[DriveRecord]:
             if name != other:
                 reason = say("copy", name=name, other=other)
                 record = DriveRecord(record.operation, record.motion, record.stated, reason)
-        found.append(record)
-    return found
+        changed.append(record)
+    return changed

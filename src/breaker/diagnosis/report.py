@@ -39,12 +39,12 @@ def report_of(diagnosis: Diagnosis) -> Report:
     """
     records, result, changes = diagnosis.records, diagnosis.result, diagnosis.changes
     printed = printed_values(records, diagnosis.speeds_of(records))
-    compared = [each for each in changes.values() if not isinstance(each, str)]
-    doubts = [text for each in compared for text in each.warnings]
-    found = document_of(result, printed=printed, changes=change_tables(changes), doubts=doubts)
+    compared = [change for change in changes.values() if not isinstance(change, str)]
+    doubts = [text for text_of in compared for text in text_of.warnings]
+    collected = document_of(result, printed=printed, changes=change_tables(changes), doubts=doubts)
     by_record = dict(zip(map(id, result["records"]), diagnosis.estimates, strict=True))
     panels = [
-        Panel(title_of(group), [by_record[id(each)] for each in group], diagnosis.overlays)
+        Panel(title_of(group), [by_record[id(row)] for row in group], diagnosis.overlays)
         for group in shown_of(result)
     ]
     plate = [*nameplate(records, diagnosis.before), *diagnosis.given.words.items()]
@@ -53,7 +53,7 @@ def report_of(diagnosis: Diagnosis) -> Report:
     about = {"title": "Test report", "plate": plate, "names": names, "panels": panels}
     settings = diagnosis.config["report"]
     about |= {"letterhead": letterhead_of(settings), "colours": settings["colours"]}
-    return Report(**vars(found) | about)
+    return Report(**vars(collected) | about)
 
 
 def letterhead_of(settings: Mapping) -> Letterhead:

@@ -44,7 +44,7 @@ def result_of(diagnosis: "Diagnosis") -> Result:
     both = zip(diagnosis.estimates, diagnosis.judge(diagnosis.estimates), strict=True)
     records = [_record(estimate, verdicts, given) for estimate, verdicts in both]
     result = {
-        "warnings": [*map(note_of, doubts_about([each.record for each in diagnosis.estimates]))],
+        "warnings": [*map(note_of, doubts_about([row.record for row in diagnosis.estimates]))],
         "remarks": [],
         "settings": diagnosis.settings._asdict()
         | {"known": given.known, "size": given.size and vars(given.size)},
@@ -69,20 +69,20 @@ def limits_of(result: Result) -> Iterator[tuple[str, str, str]]:
 
 def accepted(result: Result) -> list[RecordResult]:
     """Return the records that could be used."""
-    return [each for each in result["records"] if each["accepted"]]
+    return [record for record in result["records"] if record["accepted"]]
 
 
 def operations_of(records: Sequence[RecordResult]) -> list[list[RecordResult]]:
     """Return accepted records by operation and motion, all poles together, in order of files."""
     groups: dict[tuple, list[RecordResult]] = {}
-    for each in records:
-        if each["accepted"]:
-            key = each["operation"], each["motion"]
+    for record in records:
+        if record["accepted"]:
+            key = record["operation"], record["motion"]
             phases = {other.get("phase") for other in groups.get(key, ())}
-            key = (*key, each["file"]) if each.get("phase") in phases else key
-            groups.setdefault(key, []).append(each)
+            key = (*key, record["file"]) if record.get("phase") in phases else key
+            groups.setdefault(key, []).append(record)
     for group in groups.values():
-        group.sort(key=lambda each: natural(each["file"]))
+        group.sort(key=lambda record: natural(record["file"]))
     first = lambda group: (natural(group[0]["file"]), group[0]["fit"]["first_motion"])  # noqa: E731
     return sorted(groups.values(), key=first)
 
@@ -91,7 +91,7 @@ def _record(estimate: Estimate, verdicts: Sequence[Mapping], given: Given) -> Re
     record, operation = estimate.record, estimate.record.operation
     about = {name: getattr(operation, name) for name in ABOUT}
     about |= {"from": operation.begin, "to": operation.end}
-    found = {
+    entry = {
         "file": printable(operation.file),
         "operation": operation.number,
         "motion": record.motion,
@@ -101,11 +101,11 @@ def _record(estimate: Estimate, verdicts: Sequence[Mapping], given: Given) -> Re
         "remarks": [*map(note_of, estimate.remarks)],
     }
     if record.reason:
-        return found
-    found |= {"fit": _fit(estimate), "parameters": _parameters(estimate, given)}
-    found |= {"effects": _effects(estimate), "quantities": _quantities(estimate)}
-    judged = {"limits": verdicts, "verdict": worst(each["verdict"] for each in verdicts)}
-    return found | (judged if verdicts else {})
+        return entry
+    entry |= {"fit": _fit(estimate), "parameters": _parameters(estimate, given)}
+    entry |= {"effects": _effects(estimate), "quantities": _quantities(estimate)}
+    judged = {"limits": verdicts, "verdict": worst(verdict["verdict"] for verdict in verdicts)}
+    return entry | (judged if verdicts else {})
 
 
 def _fit(estimate: Estimate) -> dict[str, object]:
@@ -149,21 +149,21 @@ def _known(known: Known) -> dict[str, object]:
 
 def _parameters(estimate: Estimate, given: Given) -> dict[str, Value]:
     values = {}
-    for k, each in enumerate(PARAMETERS):
-        known = known_of(estimate, each.name)
-        value = {"unit": each.unit, "meaning": each.meaning, **_known(known)}
+    for k, parameter in enumerate(PARAMETERS):
+        known = known_of(estimate, parameter.name)
+        value = {"unit": parameter.unit, "meaning": parameter.meaning, **_known(known)}
         if given.prior is not None and value["median"] is not None:
             sds = np.log(value["median"] / given.prior.medians[k]) / given.prior.log_sds[k]
             value["percentile"] = 100.0 * NormalDist().cdf(sds)
         if estimate.prior_share is not None:
             value["prior_share"] = estimate.prior_share[k]
-        if given.moving_mass and each.unit in PER_MASS and value["median"] is not None:
-            unit, factor = PER_MASS[each.unit]
+        if given.moving_mass and parameter.unit in PER_MASS and value["median"] is not None:
+            unit, factor = PER_MASS[parameter.unit]
             share = 1.0 / (1.0 + 1.0 / estimate.inferred("mu"))  # of the drive in the moving mass
             products = factor * given.moving_mass * share * known
             low, middle, high = np.quantile(products, [0.05, 0.5, 0.95])
             value["absolute"] = {"unit": unit, "median": middle, "interval_90": [low, high]}
-        values[each.name] = value
+        values[parameter.name] = value
     return values
 
 
@@ -179,9 +179,9 @@ def _effects(estimate: Estimate) -> dict[str, Value]:
 def _quantities(estimate: Estimate) -> dict[str, Value]:
     """Return the quantities of the motion, as far as the record may show them at all."""
     values, record = {}, estimate.record
-    for name, each in quantities_of(record.motion, estimate.speeds, of=None).items():
+    for name, values_of in quantities_of(record.motion, estimate.speeds, of=None).items():
         known = known_of(estimate, name)
-        value = {"unit": each.unit, "meaning": each.meaning, **_known(known)}
+        value = {"unit": values_of.unit, "meaning": values_of.meaning, **_known(known)}
         no_trigger = np.isnan(record.raw.contact.trigger) and name in {"reaction_time", *SHARES}
         if no_trigger or ("reason" in value and name in _OF_OTHER_CHANNELS):
             continue
@@ -191,7 +191,7 @@ def _quantities(estimate: Estimate) -> dict[str, Value]:
             value["source"] = "measured" if estimate.measured_directly(name) else "mixed"
             ends = value["interval_95"]
             ends[0] = max(ends[0], min(known.value, 0.0))  # a distance or time is not negative
-        values[name] = value | ({"zone": each.zone} if each.zone else {})
+        values[name] = value | ({"zone": values_of.zone} if values_of.zone else {})
     return values
 
 
@@ -212,10 +212,14 @@ def _rows(record: RecordResult) -> Iterator[dict]:
     remarks = {"remarks": "; ".join(map(str, record["remarks"]))}
     own = _cells(record) | remarks | _cells(record.get("fit", {}))
     values = [(kind, *pair) for key, kind in _KINDS.items() for pair in record.get(key, {}).items()]
-    for kind, name, each in values or [("", "", record)]:
-        low, high = each.get("interval_95", (None, None))
-        ends = {"interval_95_lower": low, "interval_95_upper": high, "reason": each.get("reason")}
-        yield own | {"kind": kind, "output": name} | _cells(each) | ends
+    for kind, name, reading in values or [("", "", record)]:
+        low, high = reading.get("interval_95", (None, None))
+        ends = {
+            "interval_95_lower": low,
+            "interval_95_upper": high,
+            "reason": reading.get("reason"),
+        }
+        yield own | {"kind": kind, "output": name} | _cells(reading) | ends
 
 
 def _cells(values: Mapping) -> dict[str, object]:

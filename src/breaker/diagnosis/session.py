@@ -98,8 +98,8 @@ class Diagnosis:
             types = stated_types(listed, settings["format"], files)
         if len(types) > 1:
             raise ValueError(say("several-types", types=", ".join(types)))
-        found = self.of_type(*types) if types else self
-        return replace(found, records=found.read(listed, choice.motions, files))
+        of_types = self.of_type(*types) if types else self
+        return replace(of_types, records=of_types.read(listed, choice.motions, files))
 
     def read(
         self, operations: Operations, motions: Sequence[str] = MOTIONS, files: Files | None = None
@@ -142,13 +142,13 @@ class Diagnosis:
     def judge(self, estimates: Sequence[Estimate]) -> list[list[Verdict]]:
         """Return the verdicts of each estimate: see ``judged``."""
         limits = self.limits_on(estimates)
-        return [judged(each, limits, seed=self.settings.seed) for each in estimates]
+        return [judged(estimate, limits, seed=self.settings.seed) for estimate in estimates]
 
     def limits_on(
         self, estimates: Sequence[Estimate], motions: Iterable[str] = MOTIONS
     ) -> list[Limit]:
         """Return the limits on motions of a drive; none without a usable record."""
-        speeds = next((each.speeds for each in estimates if each.speeds), ())
+        speeds = next((estimate.speeds for estimate in estimates if estimate.speeds), ())
         return from_list(self.limits, [*motions], speeds) if speeds else []
 
     @cached_property
@@ -162,17 +162,17 @@ class Diagnosis:
         for record in self.records if self.before else ():
             by_phase.setdefault(record.operation.phase, []).append(record)
         rejected = [record.reason for record in self.before if record.reason]
-        unjudged, found = replace(self, limits=()), {}
+        unjudged, compared = replace(self, limits=()), {}
         for name, today in by_phase.items():
             phase = phase_of(today[0])
             before = [e for e in self.before if phase_of(e) == phase] or self.before
             try:
                 if len(by_phase) > 1 and not phase:
                     raise ValueError(say("phases-needed"))
-                found[name] = compare_inspections(unjudged, {"before": before, "today": today})
+                compared[name] = compare_inspections(unjudged, {"before": before, "today": today})
             except ValueError as error:
-                found[name] = "; ".join([*rejected, str(error).splitlines()[0]])
-        return found
+                compared[name] = "; ".join([*rejected, str(error).splitlines()[0]])
+        return compared
 
 
 def given_by(config: Mapping, known: Mapping[str, Sequence[float]] | None = None) -> Given:

@@ -60,7 +60,7 @@ def grouped(notes: Iterable[tuple[str, Note]], everyone: Collection[str]) -> lis
 
 def verdict_of(result: Result) -> Cell:
     """Return the verdict on all limits in one line."""
-    phases = {each.get("phase", "") for each in accepted(result)}
+    phases = {record.get("phase", "") for record in accepted(result)}
     names: dict[str, dict[str, list[str]]] = {verdict: {} for verdict in RESULTS}
     for verdict, name, phase in limits_of(result):
         names[verdict].setdefault(name, []).append(phase)
@@ -80,11 +80,11 @@ def measured_table(title: str, records: Sequence[RecordResult], printed: Printed
     """Return measured values of one motion of an operation, with poles as columns."""
     rows = []
     for name, unit in {n: v["unit"] for e in records for n, v in _measured(e).items()}.items():
-        values = [each["quantities"].get(name, {}) for each in records]
+        values = [record["quantities"].get(name, {}) for record in records]
         halves = [_half(value) for value in values if "interval_95" in value]
         if halves:
             rows.append((name, unit, *map(_cell, values), in_digits(max(halves), 2)))
-    head = ["", "unit", *(each.get("phase", "value") for each in records), "± 95 %"]
+    head = ["", "unit", *(record.get("phase", "value") for record in records), "± 95 %"]
     return Table(head, rows, title, _notes(records, printed))
 
 
@@ -167,7 +167,7 @@ def limits_table(limits: Iterable[tuple[str, Verdict]]) -> Table:
             about = value, _range([min(ends), max(ends)]) if ends else "", passes
             rows.append((name, Cell(text, RESULTS[verdict].tone), *about, _unit(parts[0]["unit"])))
         reasons = [(phase, limit["reason"]) for phase, limit in some if limit["reason"]]
-        doubts += [(phase, Note("", f"{name} is inconclusive: {each}")) for phase, each in reasons]
+        doubts += [(phase, Note("", f"{name} is inconclusive: {why}")) for phase, why in reasons]
         notes += [f"{name} fails where {words}"] * (len(some[0][1]["parts"]) > 1)
     head = ("limit", "verdict", "value", "95 % interval", "passes", "unit")
     return Table(head, rows, "Limits", notes + grouped(doubts, phases))
@@ -195,25 +195,25 @@ def simultaneity_in_words(poles: Mapping) -> Cell:
 def state_table(result: Result) -> Table:
     """Return the parameters that records determine; sentences on those that they do not."""
     records = accepted(result)
-    resolved = [each for each in records if each["fit"]["resolved"]]
-    several = len({tuple(each["fit"]["motions"]) for each in resolved}) > 1
+    resolved = [record for record in records if record["fit"]["resolved"]]
+    several = len({tuple(record["fit"]["motions"]) for record in resolved}) > 1
     states: dict[str, RecordResult] = {}  # the first of each pole and of the motions that it is of
-    for each in resolved:
-        motions = " + ".join(each["fit"]["motions"]) if several else ""
-        states.setdefault(f"{each.get('phase', '')} {motions}".strip(), each)
+    for record in resolved:
+        motions = " + ".join(record["fit"]["motions"]) if several else ""
+        states.setdefault(f"{record.get('phase', '')} {motions}".strip(), record)
     rows = []
-    for each in PARAMETERS:
-        cells = [_state_cell(state["parameters"][each.name]) for state in states.values()]
+    for parameter in PARAMETERS:
+        cells = [_state_cell(state["parameters"][parameter.name]) for state in states.values()]
         if any(cell is not _NONE for cell in cells):
-            rows.append((f"{each.word} {each.name}", _unit(each.unit), *cells))
+            rows.append((f"{parameter.word} {parameter.name}", _unit(parameter.unit), *cells))
     head = ["", "unit", *(label or "value" for label in states)]
     notes = _state_notes(states, {row[0] for row in rows})
-    several = bool(resolved) and len({each["operation"] for each in records}) > 1
+    several = bool(resolved) and len({record["operation"] for record in records}) > 1
     notes += [say("first-operation")] if several else []
-    if inside := [each["fit"] for each in records if each["fit"]["inside_family"]]:
+    if inside := [record["fit"] for record in records if record["fit"]["inside_family"]]:
         p = in_p(min(fit["p_value"] for fit in inside))
         notes.append(say("inside-family", family=inside[0]["family"], p=p))
-    reasons = [(_label(each, records), each["fit"]["reason"]) for each in records]
+    reasons = [(_label(record, records), record["fit"]["reason"]) for record in records]
     notes += grouped((pair for pair in reasons if pair[1]), records)
     return Table(head if rows else (), rows, "State of the drive, by the model", notes)
 
@@ -223,13 +223,13 @@ def _state_notes(states: Mapping[str, RecordResult], determined: Collection[str]
     notes, keys = [], set()
     for label, state in states.items():
         present = {n: e for n, e in state["effects"].items() if e["probability"] >= _PRESENT}
-        pairs = ((name.replace("_", " "), each) for name, each in present.items())
+        pairs = ((name.replace("_", " "), effect) for name, effect in present.items())
         texts = [f"{n} {in_digits(e['median'], 2)} {_unit(e['unit'])}".rstrip() for n, e in pairs]
         said = say("effects", effects=", ".join(texts))
         notes += [f"{label}: {said}" if label else said] if texts else []
         keys |= {key for value in state["parameters"].values() for key in value}
     notes += [say(name) for name in ("percentile", "absolute") if name in keys]
-    names = (f"{each.word} {each.name}" for each in PARAMETERS)
+    names = (f"{parameter.word} {parameter.name}" for parameter in PARAMETERS)
     others = [name for name in names if name not in determined]
     return notes + ([say("not-identifiable", names=", ".join(others))] if states and others else [])
 
@@ -252,7 +252,7 @@ def _state_cell(value: Value) -> str:
 def _label(record: RecordResult, records: Sequence[RecordResult]) -> str:
     """Return the motion of a record, and its pole or file where there are several."""
     motion, phase = record["motion"], record.get("phase")
-    phases = [each.get("phase") for each in records if each["motion"] == motion]
+    phases = [pole.get("phase") for pole in records if pole["motion"] == motion]
     name = phase if phase and phases.count(phase) == 1 else record["file"].rpartition("/")[2]
     return f"{motion} {name}" if len(phases) > 1 else motion
 
@@ -260,9 +260,9 @@ def _label(record: RecordResult, records: Sequence[RecordResult]) -> str:
 def remarks_table(result: Result, more: Iterable[str] = ()) -> Table:
     """Return remarks on records, with what they concern, and others."""
     records = accepted(result)
-    labels = [_label(each, records) for each in records]
+    labels = [_label(record, records) for record in records]
     pairs = zip(labels, records, strict=True)
-    notes = [(label, note) for label, each in pairs for note in each["remarks"]]
+    notes = [(label, note) for label, record in pairs for note in record["remarks"]]
     notes += [("", note) for note in [*result["remarks"], *map(note_of, more)]]
     return Table(title="Remarks on the records", notes=grouped(notes, {*labels}))
 
@@ -270,10 +270,10 @@ def remarks_table(result: Result, more: Iterable[str] = ()) -> Table:
 def rejected_table(result: Result) -> Table:
     """Return why records were rejected, by reason."""
     reasons: dict[str, dict[str, None]] = {}
-    for each in result["records"]:
-        if not each["accepted"]:
-            reason = each["reason"].text.removeprefix(f"{each['file']}: ")
-            reasons.setdefault(reason, {})[each["file"]] = None
+    for record in result["records"]:
+        if not record["accepted"]:
+            reason = record["reason"].text.removeprefix(f"{record['file']}: ")
+            reasons.setdefault(reason, {})[record["file"]] = None
     notes = [f"{first_of([*files], 3)}: {reason}" for reason, files in reasons.items()]
     return Table(title="Rejected records", notes=notes)
 
@@ -292,8 +292,10 @@ def document_of(
     """Return the document of a result, with further remarks, printed values, and tables of changes
     since the inspection before with warnings about them.
     """
-    limits = [(e.get("phase", ""), each) for e in result["records"] for each in e.get("limits", ())]
-    poles = [simultaneity_in_words(each) for each in result["simultaneity"]]
+    limits = [
+        (e.get("phase", ""), limit) for e in result["records"] for limit in e.get("limits", ())
+    ]
+    poles = [simultaneity_in_words(pair) for pair in result["simultaneity"]]
     shown, every = shown_of(result), operations_of(result["records"])
     if more := len(every) - len(shown):
         said = [*said, say("more-operations", count=more, shown=_SHOWN)]
@@ -317,7 +319,7 @@ def shown_of(result: Result) -> list[list[RecordResult]]:
 
 def title_of(group: Sequence[RecordResult]) -> str:
     """Return the motion, its time in a file of several, its operation and file."""
-    record, files = group[0], dict.fromkeys(each["file"].rpartition("/")[2] for each in group)
+    record, files = group[0], dict.fromkeys(row["file"].rpartition("/")[2] for row in group)
     title = record["motion"]
     if {"from", "to"} & record.keys():
         title += f" at {record['fit']['first_motion']:.0f} ms"

@@ -63,11 +63,11 @@ class DrawnType(NamedTuple):
         """
         means, theta = [], []
         for operations in drives:
-            means.append(np.array([np.log(each).mean(axis=0) for each in operations]))
+            means.append(np.array([np.log(operation).mean(axis=0) for operation in operations]))
             theta.append(np.concatenate(operations)[:: len(operations)])
-        x, n = np.array([each.mean(axis=0) for each in means]), len(means)
+        x, n = np.array([logs.mean(axis=0) for logs in means]), len(means)
         posterior, count = np.log(theta).var(axis=1).mean(axis=0), np.array([*map(len, means)])
-        squares = sum(len(each) * each.var(axis=0) for each in means)
+        squares = sum(len(logs) * logs.var(axis=0) for logs in means)
         known = (1.0 - _SHARED) * posterior
         error = shrunk_variance(squares, (count - 1).sum(), known, _KNOWN) * (1.0 / count).mean()
         median = np.median(x, axis=0)
@@ -144,8 +144,8 @@ class TypePrior:
     def records(self) -> dict[str, list[DriveRecord]]:
         """Usable records of all breakers, by motion."""
         every = [e.record for estimates in self.estimates.values() for e in estimates]
-        found = {motion: [r for r in every if r.motion == motion] for motion in MOTIONS}
-        return {motion: some for motion, some in found.items() if some}
+        by_motion = {motion: [r for r in every if r.motion == motion] for motion in MOTIONS}
+        return {motion: some for motion, some in by_motion.items() if some}
 
     @cached_property
     def size(self) -> Size:
@@ -181,16 +181,16 @@ class TypePrior:
         # Of one motion: the rest before an opening may still ring of the closing.
         noise = min(np.median([record.raw.process[0] for record in some]) for some in own)
         noise = np.hypot(noise, _LEFT_OUT * self.size.lengths)
-        found = {"start": start, "stop": start + step * (samples - 1), "noise_sd": noise}
-        return replace(usual, samples=samples, **{k: round(float(v), 6) for k, v in found.items()})
+        grid = {"start": start, "stop": start + step * (samples - 1), "noise_sd": noise}
+        return replace(usual, samples=samples, **{k: round(float(v), 6) for k, v in grid.items()})
 
     def settings(self) -> dict:
         """Return the sections of the configuration for drives of this type."""
         pairs = zip(NAMES, self.prior.medians, self.prior.log_sds.round(3).tolist(), strict=True)
         prior = {k: {"median": float(in_digits(m, 5)), "log_sd": sd} for k, m, sd in pairs}
-        found = {"size": asdict(self.size), "prior": prior, "sensor": asdict(self.sensor)}
-        found |= {"motions": [*self.records], "family": {"name": self.levels.settings["family"]}}
-        return {key: value for key, value in found.items() if value != defaults()[key]}
+        content = {"size": asdict(self.size), "prior": prior, "sensor": asdict(self.sensor)}
+        content |= {"motions": [*self.records], "family": {"name": self.levels.settings["family"]}}
+        return {key: value for key, value in content.items() if value != defaults()[key]}
 
 
 def fit_type(listed: Mapping[str, Sequence[Operation]], asked: Diagnosis) -> TypePrior:
@@ -207,13 +207,13 @@ def fit_type(listed: Mapping[str, Sequence[Operation]], asked: Diagnosis) -> Typ
     estimates = asked.infer([record for record in records if not record.reason])
     by_breaker: dict[str, list[Estimate]] = {}
     draws: dict[str, dict[int, np.ndarray]] = {}
-    for each in estimates:
-        name = each.record.operation.breaker
-        by_breaker.setdefault(name, []).append(each)
-        if each.draws:  # two motions of an operation may share them
-            draws.setdefault(name, {})[id(each.draws)] = each.draws.theta
+    for estimate in estimates:
+        name = estimate.record.operation.breaker
+        by_breaker.setdefault(name, []).append(estimate)
+        if estimate.draws:  # two motions of an operation may share them
+            draws.setdefault(name, {})[id(estimate.draws)] = estimate.draws.theta
     if not draws:
-        reasons = sorted({each.why_not_inferred for each in estimates})
+        reasons = sorted({estimate.why_not_inferred for estimate in estimates})
         raise ValueError(say("type-not-inferred", reasons="; ".join(reasons)))
     operations = [[*some.values()] for some in draws.values()]
     drawn = DrawnType.of(operations, Prior.from_settings(defaults()["prior"]).log_sds)

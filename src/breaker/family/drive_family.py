@@ -126,15 +126,15 @@ def _small(ends: Sequence[float], smallest: float, rng: np.random.Generator) -> 
 def _draw_all(ranges: Mapping, kind: type, rng: np.random.Generator) -> Any:
     """Draw an object of a class from ranges, in the order of its fields, not in that of a file."""
     drawn = {}
-    for each in fields(kind):
-        if (ends := ranges.get(each.name)) is None:
+    for field in fields(kind):
+        if (ends := ranges.get(field.name)) is None:
             continue
-        if each.type is Waves:
+        if field.type is Waves:
             harmonics = rng.standard_normal(6)
             harmonics *= np.sqrt(2.0 / np.square(harmonics).sum())
-            drawn[each.name] = Waves(_draw(ends, rng), tuple(harmonics.tolist()))
-        elif each.type is Stop:
-            drawn[each.name] = _draw_all(ends, Stop, rng)
+            drawn[field.name] = Waves(_draw(ends, rng), tuple(harmonics.tolist()))
+        elif field.type is Stop:
+            drawn[field.name] = _draw_all(ends, Stop, rng)
         else:
-            drawn[each.name] = _draw(ends, rng)
+            drawn[field.name] = _draw(ends, rng)
     return kind(**drawn)

@@ -52,8 +52,8 @@ def truth_of(
             for name, value in values.items():
                 measured.loc[operation, motion, name] = value.value
     theta = [test.worn(int(operation), scatter=False).theta for operation in operations]
-    found = xr.Dataset({"measured": measured, "difference": difference.assign_attrs(unit="mm")})
-    return found.interp(operation=operations).assign(
+    truth = xr.Dataset({"measured": measured, "difference": difference.assign_attrs(unit="mm")})
+    return truth.interp(operation=operations).assign(
         value=xr.DataArray(theta, {"operation": operations, "parameter": list(NAMES)})
     )
 

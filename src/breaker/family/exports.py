@@ -172,8 +172,8 @@ def through_files(
                 layout.write(file, time, record, motion=motion, operation=number)
                 operations.append(Operation(number, file))
             settings = {"stroke": numbers["stroke"], **layout.settings}
-            found = read_curves(operations, settings, Grid(sensor.times), motion)
-        measured[own], first[own], reasons[own] = found.travel, found.first_motion, found.reason
+            files = read_curves(operations, settings, Grid(sensor.times), motion)
+        measured[own], first[own], reasons[own] = files.travel, files.first_motion, files.reason
     # The networks of the paper take complete records.
     reasons[(reasons == "") & np.isnan(measured).any(axis=1)] = "a sample is missing or masked"
     truth = np.column_stack([theta, starts - first]) if sensor.infers_onset else theta

@@ -85,7 +85,7 @@ def distances(seen: NormalisedRecords, basis: Basis) -> tuple[np.ndarray, ...]:
     directions = np.vstack([basis.directions, free])
     variances = np.append(basis.variances, np.full(len(free), _FREE))
     parts = [(begin <= SHAPE_TIMES) & (end > SHAPE_TIMES) for begin, end in PARTS.values()]
-    spread, found = np.log(variances).sum(), []
+    spread, squares = np.log(variances).sum(), []
     for way, there, noise in zip(seen.way, seen.present, seen.noise, strict=True):
         rows = directions[:, there]
         off = way[there] - mean[there]
@@ -97,8 +97,8 @@ def distances(seen: NormalisedRecords, basis: Basis) -> tuple[np.ndarray, ...]:
         evidence = -0.5 * (total + np.linalg.slogdet(precision)[1] + spread)
         of = [np.square(left[part & there]) for part in parts]
         lefts = [np.sqrt(square.mean()) if square.size else np.nan for square in of]
-        found.append((total / there.sum(), lefts, nearest, evidence))
-    return tuple(map(np.array, zip(*found, strict=True)))
+        squares.append((total / there.sum(), lefts, nearest, evidence))
+    return tuple(map(np.array, zip(*squares, strict=True)))
 
 
 def choose_family(

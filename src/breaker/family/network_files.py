@@ -38,13 +38,13 @@ def unfit(path: str | Path, config: Mapping[str, Any], kind: str, definition: Ma
     return differing(*parts)
 
 
-def differing(found: Any, wanted: Any, key: str = "") -> list[str]:
+def differing(actual: Any, wanted: Any, key: str = "") -> list[str]:
     """Return the differences of settings, as ``prior.f: 2, not 3``."""
-    if not (isinstance(found, Mapping) and isinstance(wanted, Mapping)):
-        return [] if found == wanted else [f"{key}: {found}, not {wanted}"]
+    if not (isinstance(actual, Mapping) and isinstance(wanted, Mapping)):
+        return [] if actual == wanted else [f"{key}: {actual}, not {wanted}"]
     lines = []
-    for name in sorted(found.keys() | wanted.keys()):
-        pair = (settings.get(name, "nothing") for settings in (found, wanted))
+    for name in sorted(actual.keys() | wanted.keys()):
+        pair = (settings.get(name, "nothing") for settings in (actual, wanted))
         lines += differing(*pair, f"{key}.{name}".removeprefix("."))
     return lines
 

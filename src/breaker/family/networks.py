@@ -98,8 +98,8 @@ class Network:
         linear = place[..., None], scale[..., None], weights[:, :, None], 0.5 * shift
         uniform, normal = rng.random((draws, q, 2)), rng.standard_normal((draws, q))
         parts = [slice(k, k + _AT_ONCE) for k in range(0, draws, _AT_ONCE)]
-        found = [self._some(linear, there, uniform[few].T, normal[few].T) for few in parts]
-        return np.concatenate(found, axis=2).transpose(0, 2, 1)
+        parts_drawn = [self._some(linear, there, uniform[few].T, normal[few].T) for few in parts]
+        return np.concatenate(parts_drawn, axis=2).transpose(0, 2, 1)
 
     def _some(self, linear, there, uniform, normal):
         """Return outputs ``(n, q, d)`` by random numbers ``(2, q, d)`` and ``(q, d)``."""
@@ -274,8 +274,8 @@ def effect_draws(
     outputs: np.ndarray, names: Iterable[str], duration: float
 ) -> dict[str, np.ndarray]:
     """Return sizes of effects, or their changes, by name, of outputs ``(..., m)``."""
-    units, each = {"build_up": duration}, np.moveaxis(outputs, -1, 0)
-    return {n: units.get(n, 1.0) * np.sinh(v) for n, v in zip(names, each, strict=True)}
+    units, values = {"build_up": duration}, np.moveaxis(outputs, -1, 0)
+    return {n: units.get(n, 1.0) * np.sinh(v) for n, v in zip(names, values, strict=True)}
 
 
 @dataclass(frozen=True, eq=False)
@@ -358,7 +358,7 @@ def open_network(path: str | Path) -> StateNetwork | ChangeNetwork:
         parts = {name: arrays[name] for name in ("usual", "centre", "scale")}
         for name, part in (("bases", Basis), own):
             paths = {m: [f"{name}.{m}.{field}" for field in part._fields] for m in MOTIONS}
-            parts[name] = {m: part(*map(arrays.__getitem__, each)) for m, each in paths.items()}
+            parts[name] = {m: part(*map(arrays.__getitem__, keys)) for m, keys in paths.items()}
         if of is StateNetwork:
             parts["widening"] = {
                 count: np.array([factors.get(name, 1.0) for name in (*NAMES, *EVENTS)])

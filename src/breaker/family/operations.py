@@ -47,7 +47,7 @@ def infer_operations(
             continue
         seen = network_record(shape, float(one.record_noise), float(one.record_colour), step)
         network, ((_, match),), fits = choose_family(
-            families, lambda each, seen=seen: [(motion, each.match(motion, seen))], misfit_p_value
+            families, lambda net, seen=seen: [(motion, net.match(motion, seen))], misfit_p_value
         )
         p_value[i], names[i] = match.p_value, network.settings["family"]
         if fits:

@@ -86,7 +86,7 @@ class Elements:
     @classmethod
     def from_settings(cls, settings: Mapping) -> "Elements":
         """Build from ``{name: number}``, a part of several as ``{name: {...}}``; others absent."""
-        kinds = {each.name: each.type for each in fields(cls) if each.type in (Stop, Waves)}
+        kinds = {field.name: field.type for field in fields(cls) if field.type in (Stop, Waves)}
         parts = {name: kinds[name](**settings[name]) for name in kinds.keys() & settings.keys()}
         return cls(**{**settings, **parts})
 
@@ -96,18 +96,18 @@ class Elements:
         for name, size in strength.items():
             value = getattr(self, name)
             forces = {Stop: ("damping", "stiffness"), Waves: ("share",)}.get(type(value))
-            scaled = {each: size * getattr(value, each) for each in forces or ()}
+            scaled = {force: size * getattr(value, force) for force in forces or ()}
             parts[name] = replace(value, **scaled) if forces else size * value
         return replace(self, **parts)
 
 
-SIZES = tuple(each.name for each in fields(Elements) if each.name not in LAWS)
+SIZES = tuple(field.name for field in fields(Elements) if field.name not in LAWS)
 """Fields of ``Elements`` that have a strength."""
 
 _FORMS = {
     float: float,
     str: int,  # of the kinds of contact
-    Stop: np.dtype((np.record, [(each.name, float) for each in fields(Stop)])),
+    Stop: np.dtype((np.record, [(field.name, float) for field in fields(Stop)])),
     Waves: np.dtype((np.record, [("share", float), ("harmonics", "6f8")])),
 }
 _NUMBERS = {name: float for name in NAMES} | {e.name: _FORMS[e.type] for e in fields(Elements)}
@@ -116,15 +116,15 @@ _LAYOUT = np.dtype((np.record, [*_NUMBERS.items()]))
 
 def _flat(parts: Elements | Stop | Waves, above: str = "") -> dict[str, float]:
     """Numbers by dotted name, in order."""
-    found = {}
+    numbers = {}
     for name, value in vars(parts).items():
         if isinstance(value, Stop | Waves):
-            found |= _flat(value, f"{name}.")
+            numbers |= _flat(value, f"{name}.")
         elif isinstance(value, tuple):
-            found |= {f"{above}{name}.{i}": each for i, each in enumerate(value)}
+            numbers |= {f"{above}{name}.{i}": item for i, item in enumerate(value)}
         else:
-            found[above + name] = CONTACTS.index(value) if isinstance(value, str) else value
-    return found
+            numbers[above + name] = CONTACTS.index(value) if isinstance(value, str) else value
+    return numbers
 
 
 ELEMENTS = tuple(_flat(Elements()))  # names of the numbers of ``Elements``, as ``part.name``

@@ -91,8 +91,8 @@ def train_network(
     if kind == "levels":
         curves = {m: held_out["shape"].sel(motion=m, condition="new").values for m in MOTIONS}
         frozen["members"] = {
-            m: _membership(shapes(each), frozen["bases"][m], rows.sensors, rng)
-            for m, each in curves.items()
+            m: _membership(shapes(curve), frozen["bases"][m], rows.sensors, rng)
+            for m, curve in curves.items()
         }
     weights = {name: part.detach().cpu().numpy() for name, part in network.state_dict().items()}
     return history, weights, frozen

@@ -209,7 +209,7 @@ class ChangeRows(BankRows):
         """References in mm and ms, changes, and outputs, by conditions before and after."""
         references, changes, moved = {}, {}, []
         for m, motion in enumerate(MOTIONS):
-            curves = [shapes(self.curves[drives, each, m]) for each in order]
+            curves = [shapes(self.curves[drives, which, m]) for which in order]
             stroke, unit = self.stroke[drives, order], self.duration[drives, order, m]
             seen, _ = record_shapes(curves[0], rng, self.sensors, wanted=motions[:, m])
             seen = self._in_units(seen, drives, order[0], m)
@@ -247,7 +247,7 @@ def _odd(size: np.ndarray, share: tuple[float, float], rng: np.random.Generator)
 @compiled()
 def _sizes(before, after, length, unit):
     """Root mean square of a change in the units of what was before, ``(n,)``."""
-    found = np.empty(len(before))
+    sizes = np.empty(len(before))
     for r in range(len(before)):
         total = 0.0
         for i in range(before.shape[1]):
@@ -256,8 +256,8 @@ def _sizes(before, after, length, unit):
             x = min(max(place - j, 0.0), 1.0)
             there = (1.0 - x) * after[r, j] + x * after[r, j + 1]
             total += (length[r] * there - before[r, i]) ** 2
-        found[r] = np.sqrt(total / before.shape[1])
-    return found
+        sizes[r] = np.sqrt(total / before.shape[1])
+    return sizes
 
 
 def rows_of(

@@ -118,8 +118,8 @@ def recovery(summary: "Recovery", names: Sequence[str], *, about: str) -> Figure
         words = f"correlation {summary.correlation[i]:.2f}\ntruth in 95 %: {covered}"
         axis.set_title(f"{p.named(name)}\n{words}", fontsize=10)
     wide, half = (
-        p.from_to([p.percent(each.min()), p.percent(each.max())])
-        for each in (summary.covered_95, summary.covered_50)
+        p.from_to([p.percent(column.min()), p.percent(column.max())])
+        for column in (summary.covered_95, summary.covered_50)
     )
     finding = f"95 % intervals contain {wide} of the true values, 50 % intervals {half}"
     style.title(figure, finding, about)

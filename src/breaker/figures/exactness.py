@@ -108,11 +108,11 @@ def _example(axis: Axes, one: xr.Dataset) -> None:
     """Draw both posteriors of a curve, output by output from the top down."""
     rows = np.arange(one.sizes["output"])
     for posterior, (shift, _, colour) in _POSTERIORS.items():
-        each, at = one.sel(posterior=posterior), rows + shift
-        axis.hlines(at, *each["interval_95"].values.T, color=colour, lw=1.4)
+        row, at = one.sel(posterior=posterior), rows + shift
+        axis.hlines(at, *row["interval_95"].values.T, color=colour, lw=1.4)
         label = f"{posterior}: 50 % and 95 % interval"
-        axis.hlines(at, *each["interval_50"].values.T, color=colour, lw=5.0, label=label)
-        axis.plot(each["median"], at, "o", color=colour, mec="white", mew=0.8, ms=6)
+        axis.hlines(at, *row["interval_50"].values.T, color=colour, lw=5.0, label=label)
+        axis.plot(row["median"], at, "o", color=colour, mec="white", mew=0.8, ms=6)
     axis.plot(one["truth"], rows, "|", color=style.MEASURED, ms=17, mew=1.8, label="truth")
     axis.axvline(0.0, color=style.REFERENCE, lw=0.6)
     axis.set_yticks(rows, [p.named(name) for name in one["output"].values.tolist()])
@@ -146,7 +146,7 @@ def identifiability(reached: xr.Dataset, *, motion: str) -> Figure:
     for least in (0.5, 0.8):  # of validation.KNOWLEDGE
         label = "0.5 and 0.8: from partly known on, from known on"
         axis.axvline(least, color=style.REFERENCE, lw=0.9, ls=":", label=label)
-    for source in (each for each in _POSTERIORS if each in count):
+    for source in (posterior_name for posterior_name in _POSTERIORS if posterior_name in count):
         shift, marker, color = _POSTERIORS[source]
         one = reached.sel(source=source)
         ends = one["lower"], one["mean"], one["upper"]
@@ -154,7 +154,7 @@ def identifiability(reached: xr.Dataset, *, motion: str) -> Figure:
         p.draw_intervals(axis, rows + shift, ends, label=label, color=color, marker=marker)
     known = reached["known"].values.tolist()
     values = zip(reached["mean"].transpose("output", "source").values, known, strict=True)
-    texts = [f"{'  '.join(f'{each:.3f}' for each in means)}   {words}" for means, words in values]
+    texts = [f"{'  '.join(f'{mean:.3f}' for mean in means)}   {words}" for means, words in values]
     p.rows_of_words(axis, [*map(p.named, names)], texts)
     axis.set(xlim=(min(0.0, axis.get_xlim()[0]), 1.0))
     axis.set_xlabel("contraction   (0: nothing learnt, the prior stays;  1: known exactly)")

@@ -64,14 +64,14 @@ def service_cost(standing: xr.Dataset) -> Figure:
         why = note or "Too little is known to draw."
         return p.empty("No cost of a service can be drawn", why)
     last = last.isel(limit=shown)
-    each = [last.isel(limit=k) for k in range(shown.size)]
-    titles = [_cost_words(one) for one in each]
+    ends = [last.isel(limit=k) for k in range(shown.size)]
+    titles = [_cost_words(one) for one in ends]
     figure, axes = p.limit_panels(last, titles, height=2.7)
-    for axis, one in zip(axes, each, strict=True):
+    for axis, one in zip(axes, ends, strict=True):
         _cost(axis, one)
     p.label_outer(axes, "operation", "services beyond the least")
-    due = [p.spoken(one["limit"].item()) for one in each if one["remaining"].values[0] == 0.0]
-    first = min(each, key=_best)
+    due = [p.spoken(one["limit"].item()) for one in ends if one["remaining"].values[0] == 0.0]
+    first = min(ends, key=_best)
     now, (best, _, high) = float(first["operation"]), _best(first)
     finding = f"Service is cheapest at operation {now + best:,.0f} ({first['limit'].item()}), "
     finding += f"and costs at most {_FLAT:g} more until {now + high:,.0f}"
@@ -203,7 +203,7 @@ def _left(axis: Axes, told: xr.DataArray, standing: xr.Dataset, failure: float) 
     low, middle, high = told.transpose("quantile", "asked").values
     usual = np.nanquantile(np.append(middle[np.isfinite(middle)], 1.0), 0.95)
     top = 1.25 * max(usual, (failure - before).max(initial=0.0), 1.0)
-    low, high = (np.minimum(each, 10.0 * top) for each in (low, high))  # goes on past the panel
+    low, high = (np.minimum(bound, 10.0 * top) for bound in (low, high))  # goes on past the panel
     look = {"color": style.CORRECTED, "label": "90 % interval", "lw": 0.6, "alpha": 0.25}
     axis.fill_between(told["asked"].values, low, high, **look)
     look = {"lw": 1.8, "ms": 3.0, "mew": 0, "label": "median"}
@@ -241,7 +241,7 @@ def changepoint(life: xr.Dataset) -> Figure:
         axis.margins(x=0.01)
     lines = [_change_words(life.isel(change=k), k + 1) for k in range(life.sizes["change"])]
     unknown = life["kind"].values != "event"
-    starts = [f"{each:,}" for each in life["start"].values[unknown]]
+    starts = [f"{start:,}" for start in life["start"].values[unknown]]
     finding = f"Changes found at operation {first_of(starts, 4)}"
     finding = finding if starts else f"No change is found in {life.sizes['operation']:,} operations"
     style.title(figure, finding, "\n".join(lines[-4:]))

@@ -26,7 +26,7 @@ class _Outputs(dict):
         return Parameter(name, "1", name, symbol=spoken(name), colour=style.MODEL)
 
 
-OUTPUTS = _Outputs({each.name: each for each in (*PARAMETERS, ONSET)})
+OUTPUTS = _Outputs({output.name: output for output in (*PARAMETERS, ONSET)})
 """What is inferred, by name: symbols, units, meanings and colours."""
 
 SOURCES = {"closing": "Closing", "opening": "Opening", "both": "Both motions"}
@@ -53,7 +53,7 @@ def spoken(text: object) -> str:
     'slow opening: measured travel time above 9.5 ms, change of closing force $f$ below -5 %'
     """
     parts = _NAMES.split(style.literal(text))
-    parts[::2] = [each.replace("_", " ") for each in parts[::2]]
+    parts[::2] = [word.replace("_", " ") for word in parts[::2]]
     parts[1::2] = map(named, parts[1::2])
     return "".join(parts)
 
@@ -107,7 +107,7 @@ def limit_panels(
     columns, width = (2, 6.4) if count > 1 else (1, 10.0)
     figure, axes = panels(count, columns=columns, width=width, height=height, **shared)
     for axis, limit, words in zip(axes, data["limit"].values, titles, strict=True):
-        lines = spoken(limit) + ": " + "\n".join(spoken(each) for each in words.splitlines())
+        lines = spoken(limit) + ": " + "\n".join(spoken(row) for row in words.splitlines())
         axis.set_title(style.within(lines, width - 0.8), loc="left")
         axis.margins(x=0.01)
         axis.xaxis.set_major_formatter("{x:,.0f}")
@@ -131,13 +131,13 @@ def empty(finding: str, why: str) -> Figure:
 
 def legend_below(figure: Figure, *, columns: int | None = None, **look: float) -> None:
     """Put one legend below all panels of what has a label, each once."""
-    found = {}
+    below = {}
     for axis in figure.axes:
         if axis.get_legend() is None:
-            found |= dict(zip(*axis.get_legend_handles_labels()[::-1], strict=True))
-    count = min(columns or len(found), len(found))
+            below |= dict(zip(*axis.get_legend_handles_labels()[::-1], strict=True))
+    count = min(columns or len(below), len(below))
     place = {"loc": "outside lower center", "ncols": count, "markerscale": 1.5}
-    legend = figure.legend([*found.values()], [*found], **place, **look)
+    legend = figure.legend([*below.values()], [*below], **place, **look)
     for handle in legend.legend_handles:
         if alpha := handle.get_alpha():
             handle.set_alpha(max(alpha, 0.4))  # of many, each is pale
@@ -156,10 +156,10 @@ def draw_intervals(
 def rows_of_words(axis: Axes, left: Sequence[str], right: Sequence[str]) -> Axes:
     """Name the rows of a panel on both sides, from the top down; return the axes of the right."""
     other = axis.twinx()
-    for each, words in ((axis, left), (other, right)):
-        each.set(yticks=range(len(words)), yticklabels=words, ylim=(len(words) - 0.45, -0.6))
-        each.tick_params(axis="y", labelsize=10, length=0, pad=9)
-        each.grid(axis="y", visible=False)
+    for panel, words in ((axis, left), (other, right)):
+        panel.set(yticks=range(len(words)), yticklabels=words, ylim=(len(words) - 0.45, -0.6))
+        panel.tick_params(axis="y", labelsize=10, length=0, pad=9)
+        panel.grid(axis="y", visible=False)
     return other
 
 

@@ -63,8 +63,8 @@ def posterior_predictive(predictive: xr.Dataset, *, motion: str) -> Figure:
     """
     data = predictive.rename(curve="panel", measured="record")
     shares = data["share_inside"].values
-    each = enumerate(shares, start=1)
-    titles = [f"simulated record {i}: {p.percent(share)} in the band" for i, share in each]
+    numbered = enumerate(shares, start=1)
+    titles = [f"simulated record {i}: {p.percent(share)} in the band" for i, share in numbered]
     figure = _checks(data, titles)
     inside = p.from_to([p.percent(shares.min()), p.percent(shares.max())])
     finding = f"The 95 % band contains {inside} of the samples of a record"

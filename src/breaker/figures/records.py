@@ -31,61 +31,61 @@ def record(proposal: "Proposal") -> Figure:
     """Draw a record as it was inspected: all channels and, of the first one, the speed, the first
     two motions and the rest before them; as it stands in the file if nothing could be read.
     """
-    read = [each for each in proposal.motions if each.record]
+    read = [checked for checked in proposal.motions if checked.record]
     name = style.literal(f"record {proposal.layout.file.name}")
     if not read:
         figure = style.new_figure(11.0, 4.0)
         axis = figure.subplots()
-        for each in proposal.travels:
-            axis.plot(proposal.layout.columns[each.place], color=style.MEASURED, lw=0.8)
-        axis.set(xlabel="sample", ylabel=f"travel ({each.unit or 'no unit'})")
+        for travel in proposal.travels:
+            axis.plot(proposal.layout.columns[travel.place], color=style.MEASURED, lw=0.8)
+        axis.set(xlabel="sample", ylabel=f"travel ({travel.unit or 'no unit'})")
         style.title(figure, "No motion could be read", name, failed=True)
         return figure
-    first = [each for each in read if each.column == read[0].column]
+    first = [first_checked for first_checked in read if first_checked.column == read[0].column]
     one, noise, shown = first[0].record, first[0].result.noise, first[:2]
     figure = style.new_figure(11.0, 9.4)
     grid = figure.add_gridspec(3, len(shown) + 1, height_ratios=[1.5, 0.9, 1.1])
     entire = figure.add_subplot(grid[0, :])
     speed = figure.add_subplot(grid[1, :], sharex=entire)
-    for column, channel in {each.column: each.record for each in read}.items():
+    for column, channel in {read_motion.column: read_motion.record for read_motion in read}.items():
         main = column == first[0].column
         look = {"color": style.MEASURED, "lw": 1.4} if main else {"color": style.PRIOR, "lw": 0.7}
         entire.plot(channel.time, channel.sure, zorder=3 if main else 2, **look)
-    duration = min(each.arrives - each.begins for each in first)
+    duration = min(read_motion.arrives - read_motion.begins for read_motion in first)
     speed.plot(one.time, _speed(one.time, one.sure, duration), color=style.MEASURED, lw=1.0)
-    for each in first:
-        _motion(entire, speed, each)
+    for seen in first:
+        _motion(entire, speed, seen)
     entire.set(ylabel=style.TRAVEL, xlim=one.time[[0, -1]])
     speed.set_ylabel("speed (m/s)")
-    for k, each in enumerate(shown):
-        reach = max(4.0, 0.15 * (each.arrives - each.begins))
+    for k, seen in enumerate(shown):
+        reach = max(4.0, 0.15 * (seen.arrives - seen.begins))
         axis = figure.add_subplot(grid[2, k])
-        _near(axis, each, -reach, reach, f"{each.motion} begins at {each.record.moves:.1f} ms")
-        axis.axvline(each.record.moves, color=MOTIONS[each.motion], lw=1.2)
+        _near(axis, seen, -reach, reach, f"{seen.motion} begins at {seen.record.moves:.1f} ms")
+        axis.axvline(seen.record.moves, color=MOTIONS[seen.motion], lw=1.2)
     axis, sd = figure.add_subplot(grid[2, -1]), noise.sd
     words = [f"at rest: sd {in_digits(sd, 2)} mm"]
     words += [f"steps of {in_digits(one.quantum, 2)} mm"] if one.quantum else []
     words += [f"correlation {noise.colour:.2f}"] if np.isfinite(noise.colour) else []
     _near(axis, shown[0], -50.0, -1.0, ", ".join(words))
     axis.axhspan(one.segment.before - sd, one.segment.before + sd, **BAND)
-    doubts = sum(int((each.record.doubts != "").sum()) for each in read)
+    doubts = sum(int((seen.record.doubts != "").sum()) for seen in read)
     count = "One motion" if len(read) == 1 else f"{len(read)} motions"
     style.title(figure, f"{count} found, {doubts or 'no'} doubtful samples", name)
     p.legend_below(figure, columns=4)
     return figure
 
 
-def _motion(entire: Axes, speed: Axes, each: "InspectedMotion") -> None:
+def _motion(entire: Axes, speed: Axes, seen: "InspectedMotion") -> None:
     """Mark a motion, its rest positions, doubtful samples."""
-    one, colour = each.record, MOTIONS[each.motion]
+    one, colour = seen.record, MOTIONS[seen.motion]
     for axis in (entire, speed):
-        label = f"{each.motion}, to its rest"
-        axis.axvspan(one.moves, each.arrives, color=colour, alpha=0.15, lw=0, label=label)
-        axis.axvline(one.moves, color=colour, lw=1.2, label=f"{each.motion}: first motion")
+        label = f"{seen.motion}, to its rest"
+        axis.axvspan(one.moves, seen.arrives, color=colour, alpha=0.15, lw=0, label=label)
+        axis.axvline(one.moves, color=colour, lw=1.2, label=f"{seen.motion}: first motion")
     begin, end = one.time[one.segment.begin], one.time[one.segment.end - 1]
     look = {"color": colour, "ls": "--", "lw": 1.2, "zorder": 4, "label": "rest position"}
     entire.hlines([one.segment.before], begin, one.moves, **look)
-    entire.hlines([one.segment.after], each.arrives, end, **look)
+    entire.hlines([one.segment.after], seen.arrives, end, **look)
     doubtful = one.doubts != ""
     if doubtful.any():
         inside = np.clip(one.whole[doubtful], *entire.get_ylim())
@@ -104,15 +104,15 @@ def _speed(time: np.ndarray, travel: np.ndarray, duration: float) -> np.ndarray:
     return savgol_filter(filled(travel), window, polyorder=2, deriv=1, delta=step)
 
 
-def _near(axis: Axes, each: "InspectedMotion", low: float, high: float, title: str) -> None:
+def _near(axis: Axes, seen: "InspectedMotion", low: float, high: float, title: str) -> None:
     """Draw samples one by one, from so many ms after the first motion to so many."""
-    one = each.record
+    one = seen.record
     near = (one.time >= one.moves + low) & (one.time <= one.moves + high)
     fine, doubtful = near & (one.doubts == ""), near & (one.doubts != "")
     axis.plot(one.time[fine], one.whole[fine], ".", color=style.MEASURED, ms=3)
     if high > 0.0:
         axis.plot(one.time[doubtful], one.whole[doubtful], "x", color=style.WARNING, ms=6)
-    axis.axhline(one.segment.before, color=MOTIONS[each.motion], ls="--", lw=1.2)
+    axis.axhline(one.segment.before, color=MOTIONS[seen.motion], ls="--", lw=1.2)
     axis.set(xlabel="time of the record (ms)", ylabel=style.TRAVEL)
     p.read_title(axis, title, 3.2)
 
@@ -125,18 +125,18 @@ def overlay(overlays: Sequence["Overlay"]) -> Figure:
     figure = style.new_figure(max(8.0, 5.0 * columns), 5.4 * rows + 1.0)
     width = figure.get_figwidth() / columns - 0.9
     places = figure.subfigures(rows, columns, squeeze=False).flat
-    for place, each in zip(places, overlays, strict=False):
+    for place, curve in zip(places, overlays, strict=False):
         above, below = place.subplots(2, 1, sharex=True, height_ratios=[2.0, 1.0])
-        above.plot(each.time, each.good, color=style.PRIOR, lw=2.6, label="reference")
-        above.plot(each.time, each.way, color=style.MEASURED, lw=1.2, label="record")
-        low, high = each.good - each.band, each.good + each.band
-        above.fill_between(each.time, low, high, label="tolerance", **BAND)
-        p.read_title(above, f"{each.title}: {each.words}", width, failed=bool(each.leaves))
+        above.plot(curve.time, curve.good, color=style.PRIOR, lw=2.6, label="reference")
+        above.plot(curve.time, curve.way, color=style.MEASURED, lw=1.2, label="record")
+        low, high = curve.good - curve.band, curve.good + curve.band
+        above.fill_between(curve.time, low, high, label="tolerance", **BAND)
+        p.read_title(above, f"{curve.title}: {curve.words}", width, failed=bool(curve.leaves))
         above.set_ylabel(style.TRAVEL)
-        difference(below, [each], {each.phase: style.MEASURED}, {each.phase: 0.0})
+        difference(below, [curve], {curve.phase: style.MEASURED}, {curve.phase: 0.0})
         below.set_xlabel("time after the first motion (ms)")
-    files = dict.fromkeys(style.literal(style.file_name(each.good_file)) for each in overlays)
-    left = sum(each.leaves is not None for each in overlays)
+    files = dict.fromkeys(style.literal(style.file_name(curve.good_file)) for curve in overlays)
+    left = sum(curve.leaves is not None for curve in overlays)
     finding = f"{left or 'None'} of {len(overlays)} records outside the tolerance"
     style.title(figure, finding, f"over the reference {', '.join(files)}", failed=left > 0)
     p.legend_below(figure)
@@ -145,14 +145,14 @@ def overlay(overlays: Sequence["Overlay"]) -> Figure:
 
 def difference(axis: Axes, overlays: Sequence, colours: Mapping, begins: Mapping) -> None:
     """Draw differences, their band, and where they leave it; colours and first motions by phase."""
-    for each in overlays:
-        begin = begins[each.phase]
-        axis.plot(begin + each.time, each.difference, color=colours[each.phase], lw=1.0)
-        if each.leaves:
-            at, by = each.leaves
+    for overlay in overlays:
+        begin = begins[overlay.phase]
+        axis.plot(begin + overlay.time, overlay.difference, color=colours[overlay.phase], lw=1.0)
+        if overlay.leaves:
+            at, by = overlay.leaves
             axis.axvline(begin + at, color=style.WARNING, lw=1.0, label="leaves the tolerance")
             axis.plot(begin + at, by, "o", color=style.WARNING, ms=5, zorder=5)
-    band = max(each.band for each in overlays)
+    band = max(overlay.band for overlay in overlays)
     axis.axhspan(-band, band, **BAND)
     axis.axhline(0.0, color=style.REFERENCE, lw=0.6)
     axis.margins(x=0)
@@ -168,25 +168,25 @@ def answer(estimates: Sequence["Estimate"], prior: np.ndarray) -> Figure:
         estimates: Estimates, of which at least one record is usable.
         prior: Prior draws, ``(n, p)``.
     """
-    usable = [each for each in estimates if not each.record.reason]
-    first = {each.record.motion: each for each in reversed(usable)}
+    usable = [estimate for estimate in estimates if not estimate.record.reason]
+    first = {state.record.motion: state for state in reversed(usable)}
     figure = style.new_figure(12.0, 11.2)
     above, below = figure.subfigures(2, 1, height_ratios=[1.35, 1.0])
     size = {"height_ratios": [2, 1], "sharex": "col", "squeeze": False}
     grid = above.subplots(2, len(first), **size)
     for motion, (upper, lower) in zip(sorted(first), grid.T, strict=True):
         _fitted(upper, lower, first[motion], figure.get_figwidth() / len(first) - 0.9)
-    drawn = [each for each in usable if each.draws and each.record.motion == each.motions[0]]
+    drawn = [state for state in usable if state.draws and state.record.motion == state.motions[0]]
     *axes, last = below.subplots(2, 4).flat
     last.set_axis_off()
-    for k, (axis, each) in enumerate(zip(axes, PARAMETERS, strict=True)):
+    for k, (axis, parameter) in enumerate(zip(axes, PARAMETERS, strict=True)):
         posteriors: dict[str, list] = {}
         for one in drawn[:_MOST]:
-            if not one.why_not(each.name):
+            if not one.why_not(parameter.name):
                 posteriors.setdefault(" and ".join(one.motions), []).append(one.draws.theta[:, k])
         _densities(axis, posteriors, prior[:, k])
-        axis.set_title(p.named(each.name), loc="left", fontsize=10)
-        axis.set_xlabel(each.label)
+        axis.set_title(p.named(parameter.name), loc="left", fontsize=10)
+        axis.set_xlabel(parameter.label)
     files = dict.fromkeys(_file(first[motion]) for motion in sorted(first))
     style.title(figure, f"Drive as inferred from {style.literal(', '.join(files))}")
     p.legend_below(figure, columns=3)

@@ -35,9 +35,9 @@ def visits(document: "InspectionChange") -> Figure:
     that the records determine. Red changes are to the worse.
     """
     # Warnings have names that users gave, and are shown as they are.
-    said = [style.literal(f"WARNING: {each}") for each in document.warnings]
+    said = [style.literal(f"WARNING: {warning}") for warning in document.warnings]
     said += map(p.spoken, document.summary)
-    headline = "\n".join(style.within(each, 11.3, 12.0) for each in said)
+    headline = "\n".join(style.within(sentence, 11.3, 12.0) for sentence in said)
     head = 0.19 * headline.count("\n") + 0.4  # inches
     rows = [*document.measured, *(row for row in document.inferred if row.identifiable)]
     figure = style.new_figure(11.5, head + 0.29 * (len(rows) + 2.0) + 1.0)
@@ -55,7 +55,9 @@ def visits(document: "InspectionChange") -> Figure:
             before, today = in_digits(row.before, 4), in_digits(row.today, 4)
             values = f" ({row.unit})   {before} → {today}"
         labels.append(p.spoken(row.words + values))
-        texts = ("" if each is None else f"{each:.2f}" for each in (row.p_unchanged, row.p_worse))
+        texts = (
+            "" if chance is None else f"{chance:.2f}" for chance in (row.p_unchanged, row.p_worse)
+        )
         numbers.append("{:>11}  {:>7}".format(*texts))
     axis.axvline(0.0, color=style.REFERENCE, lw=0.8)
     axis.axhline(len(document.measured) + 0.5, color=style.REFERENCE, lw=0.6)
@@ -84,7 +86,7 @@ def _change(axis: Axes, y: int, row: "QuantityChange", extent: float) -> None:
         axis.plot(side * extent, y, color=colour, zorder=3, **look)
     if sides:
         at = sides[-1] if change[1] > 0.0 else sides[0]
-        low, middle, high = (f"{each:+.0f}" for each in change)
+        low, middle, high = (f"{percent:+.0f}" for percent in change)
         place = {"xytext": (-7 * at, 4), "textcoords": "offset points", "fontsize": 8}
         place["ha"] = "left" if at < 0 else "right"
         axis.annotate(p.signed(f"{middle} % ({low} to {high})"), (at * extent, y), **place)
@@ -98,11 +100,11 @@ def curves(
     there are any. No panel is less than 60 mm high, and no letter below 9 pt. ``own`` are colours
     of phases.
     """
-    every = [each for panel in panels for each in panel.estimates]
-    colours = phase_colours((each.record.operation.phase for each in every), own)
+    every = [estimate for panel in panels for estimate in panel.estimates]
+    colours = phase_colours((estimate.record.operation.phase for estimate in every), own)
     for panel in panels:
-        records = [each.record for each in panel.estimates]
-        drawn = {each.record.operation.phase: each for each in panel.estimates}
+        records = [estimate.record for estimate in panel.estimates]
+        drawn = {estimate.record.operation.phase: estimate for estimate in panel.estimates}
         keys = {(str(r.operation.file), r.operation.number, r.motion) for r in records}
         overlays = [e for e in panel.overlays if (e.file, e.operation, e.motion) in keys]
         for draw in (_travels, _resistances, _signals, _differences):
@@ -121,7 +123,7 @@ def _picture(draw: Callable, title: str, drawn: Mapping[str, "Estimate"]) -> Fig
     if not axis.has_data():
         figure.clear()
         return figure
-    times = np.concatenate([_curve(each)[0] for each in drawn.values()])
+    times = np.concatenate([_curve(estimate)[0] for estimate in drawn.values()])
     axis.set(xlim=(times.min(), times.max()), xlabel="time of the record (ms)")
     labels = {*axis.get_legend_handles_labels()[1]}
     columns = max(1, 98 // (max(map(len, labels)) + 8))
@@ -132,19 +134,19 @@ def _picture(draw: Callable, title: str, drawn: Mapping[str, "Estimate"]) -> Fig
 
 
 def _travels(drawn: Mapping, colours: Mapping, overlays: Sequence, axis: Axes) -> None:
-    for phase, each in drawn.items():
-        _channel(axis, each, _curve(each), colours[phase])
-    for each in overlays:  # where the channel's own record would be
-        raw, sign = drawn[each.phase].record.raw, 1.0 if each.motion == "closing" else -1.0
-        travel = raw.segment.before + sign * each.good
-        look = {"color": colours[each.phase], "alpha": 0.3, "lw": 4.0, "zorder": 1}
-        axis.plot(each.time + raw.moves, travel, label="reference", **look)
+    for phase, estimate in drawn.items():
+        _channel(axis, estimate, _curve(estimate), colours[phase])
+    for overlay in overlays:  # where the channel's own record would be
+        raw, sign = drawn[overlay.phase].record.raw, 1.0 if overlay.motion == "closing" else -1.0
+        travel = raw.segment.before + sign * overlay.good
+        look = {"color": colours[overlay.phase], "alpha": 0.3, "lw": 4.0, "zorder": 1}
+        axis.plot(overlay.time + raw.moves, travel, label="reference", **look)
     axis.set_ylabel(style.TRAVEL)
 
 
 def _resistances(drawn: Mapping, colours: Mapping, _: Sequence, axis: Axes) -> None:
-    for phase, each in drawn.items():
-        raw, time = each.record.raw, _curve(each)[0]
+    for phase, own in drawn.items():
+        raw, time = own.record.raw, _curve(own)[0]
         values = np.interp(time, raw.time, raw.resistance)
         if np.isfinite(values).any():
             axis.semilogy(time, values, color=colours[phase], lw=1.0, label=_name(phase))
@@ -153,11 +155,11 @@ def _resistances(drawn: Mapping, colours: Mapping, _: Sequence, axis: Axes) -> N
 
 def _signals(drawn: Mapping, colours: Mapping, _: Sequence, axis: Axes) -> None:
     """Draw coils and contacts as shares of their ranges; none that is constant or a resistance."""
-    for phase, each in drawn.items():
-        raw, time = each.record.raw, _curve(each)[0]
+    for phase, estimate in drawn.items():
+        raw, time = estimate.record.raw, _curve(estimate)[0]
         looks = {"trigger": ("coil", "-")}
         looks |= {"contact": ("contact", "--")} if np.isnan(raw.resistance).all() else {}
-        for kind in (each for each in looks if each in raw.currents.channels):
+        for kind in (name for name in looks if name in raw.currents.channels):
             values = np.interp(time, raw.time, raw.currents.channels[kind])
             seen = values[np.isfinite(values)]  # none of a column that is empty here
             if seen.size and np.ptp(seen) > 0.0:
@@ -170,11 +172,11 @@ def _signals(drawn: Mapping, colours: Mapping, _: Sequence, axis: Axes) -> None:
 def _differences(drawn: Mapping, colours: Mapping, overlays: Sequence, axis: Axes) -> None:
     if not overlays:
         return
-    difference(axis, overlays, colours, {k: each.record.raw.moves for k, each in drawn.items()})
-    for phase in dict.fromkeys(each.phase for each in overlays):
+    difference(axis, overlays, colours, {k: own.record.raw.moves for k, own in drawn.items()})
+    for phase in dict.fromkeys(overlay.phase for overlay in overlays):
         axis.plot([], [], color=colours[phase], label=_name(phase))
-    left = [each for each in overlays if each.leaves]
-    worst = min(left, key=lambda each: each.leaves[0]) if left else overlays[0]
+    left = [overlay for overlay in overlays if overlay.leaves]
+    worst = min(left, key=lambda overlay: overlay.leaves[0]) if left else overlays[0]
     words = f"{worst.phase}: " * bool(worst.phase and left) + worst.words
     p.read_title(axis, words, _WIDTH, failed=bool(left))
 
@@ -219,7 +221,7 @@ def _points(estimate: "Estimate") -> list[tuple[float, float]]:
     """Return times and travels of the points between which speeds are measured; an event itself
     has its own mark.
     """
-    record, found = estimate.record, []
+    record, points = estimate.record, []
     reading, sign = (
         Reading(record.raw, estimate.contact),
         1.0 if record.motion == "closing" else -1.0,
@@ -228,14 +230,14 @@ def _points(estimate: "Estimate") -> list[tuple[float, float]]:
         if speed.motion == record.motion and not estimate.measured[speed.name].reason:
             ends = [p for p in (speed.start, speed.end) if not p.of_event or p.amount or p.later]
             for at, level in map(reading.place, ends):
-                found.append((at.value, sign * level.value))
-    return found
+                points.append((at.value, sign * level.value))
+    return points
 
 
 @style.styled
 def fitted_prior(fitted: "TypePrior") -> Figure:
     """Draw densities of both priors, per unit of the logarithm, and the breakers' intervals."""
-    names = [style.literal(each) for each in fitted.names]
+    names = [style.literal(parameter_name) for parameter_name in fitted.names]
     count, named = len(names), len(names) <= 12  # more names would overlap
     height = 2.6 + 0.09 * min(count, 12)
     figure, axes = p.panels(len(NAMES), columns=4, width=3.9, height=height)

@@ -171,18 +171,18 @@ def encoded(figure: Figure, form: str) -> bytes:
 
 def families() -> list[str]:
     """Return the families of letters: that of matplotlib, and others that this machine has."""
-    there = {each.name for each in fontManager.ttflist}
-    return [OWN_FONT, *(each for each in OTHER_FONTS if each in there)]
+    there = {font.name for font in fontManager.ttflist}
+    return [OWN_FONT, *(font for font in OTHER_FONTS if font in there)]
 
 
 def without_font(figures: Iterable[Figure]) -> str:
     """Say which signs in figures no font of this machine has; empty if there is none."""
     lacking = {}
-    for text in (each.get_text() for figure in figures for each in figure.findobj(Text)):
+    for text in (text_box.get_text() for figure in figures for text_box in figure.findobj(Text)):
         # Text with mathematics in it is set in matplotlib's own font alone.
         others = [] if text.replace(r"\$", "").count("$") > 1 else families()[1:]
-        for sign in (each for each in text if not each.isspace()):
-            if not any(ord(sign) in _signs(each) for each in (OWN_FONT, *others)):
+        for sign in (character for character in text if not character.isspace()):
+            if not any(ord(sign) in _signs(font) for font in (OWN_FONT, *others)):
                 lacking[sign] = ""
     if not lacking:
         return ""

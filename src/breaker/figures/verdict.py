@@ -21,8 +21,8 @@ def verdict(life: xr.Dataset, standing: xr.Dataset, sentences: Sequence[str]) ->
     """
     now, (ways, parts) = standing.isel(operation=-1), _ways(life.isel(asked=-1))
     # A number is in one line with its sign of percent.
-    action, *others = (p.spoken(each).replace(" %", "\u00a0%") for each in sentences)
-    action, others = fill(action, 115), "\n".join(fill(each, 175) for each in others)
+    action, *others = (p.spoken(sentence).replace(" %", "\u00a0%") for sentence in sentences)
+    action, others = fill(action, 115), "\n".join(fill(other, 175) for other in others)
     head = 0.22 * (action.count("\n") + 1) + 0.17 * (others.count("\n") + 1) + 0.4  # inches
     body = 0.82 * len(ways) + 0.55
     figure = style.new_figure(13.6, head + body)
@@ -63,7 +63,7 @@ def _ways(life: xr.Dataset) -> tuple[np.ndarray, np.ndarray]:
     ways = np.sort(100.0 * gone / np.where(ahead, whole, np.nan)[:, None], axis=1)
     ways[~ahead] = np.inf
     every = [np.flatnonzero(life["part_limit"].values == name) for name in life["limit"].values]
-    parts = np.array([each[ways[each, 1].argmin()] for each in every], dtype=int)
+    parts = np.array([rows[ways[rows, 1].argmin()] for rows in every], dtype=int)
     return ways[parts], parts
 
 
@@ -95,7 +95,8 @@ def _values(axis: Axes, row: int, way: np.ndarray, part: xr.Dataset) -> None:
     change = unit == "%"
     values = part["new"].item(), part["part_bound"].item(), *part["value"].values
     new, bound, low, middle, high = (
-        p.signed(in_digits(each, 3 if change else 4, sign=bool(change and each))) for each in values
+        p.signed(in_digits(number, 3 if change else 4, sign=bool(change and number)))
+        for number in values
     )
     unit = "" if unit == "1" else f" {unit}"
     place = {"textcoords": "offset points", "ha": "center"}

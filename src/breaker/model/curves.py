@@ -100,10 +100,10 @@ def sensitivity(
     for rows in blocks(n, len(steps)):
         moved = np.asarray(theta[rows], np.float64)[:, None] * np.exp(steps[:, :p])
         onsets = onset[rows, None] + steps[:, p]
-        found = _curves(moved.reshape(-1, p), times, onsets.ravel(), motion)
-        for whole, part in zip(result, found, strict=True):
+        flat = _curves(moved.reshape(-1, p), times, onsets.ravel(), motion)
+        for whole, part in zip(result, flat, strict=True):
             whole[rows] = part[2 * k :: len(steps)]
-        curves = found.travel.reshape(-1, len(steps), times.size)
+        curves = flat.travel.reshape(-1, len(steps), times.size)
         slopes[rows] = (curves[:, :k] - curves[:, k : 2 * k]) / (2 * _STEP)
     return result, np.moveaxis(slopes, 1, 2)
 
@@ -128,7 +128,7 @@ def _curves(theta: np.ndarray, times: np.ndarray, onset: np.ndarray, motion: str
     result = _empty(len(theta), times.size)
     for rows in blocks(len(theta)):
         given = _of_block(theta[rows], times, onset[rows])
-        simulate(*given, motion == "closing", *(each[rows] for each in result))
+        simulate(*given, motion == "closing", *(array[rows] for array in result))
         del given  # so that memory is that of one block
     return result
 
@@ -140,7 +140,7 @@ def _of_block(theta: np.ndarray, *others: np.ndarray) -> list[np.ndarray]:
     """
     theta = np.asarray(theta, np.float64)
     rates = np.stack([fastest_rate(theta, free=free) for free in (False, True)], axis=-1)
-    return [np.require(each, np.float64, ["C", "W"]) for each in (theta, rates, *others)]
+    return [np.require(array, np.float64, ["C", "W"]) for array in (theta, rates, *others)]
 
 
 def _empty(n: int, t: int) -> Motion:

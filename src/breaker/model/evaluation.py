@@ -72,21 +72,21 @@ def _read_from_curves(
     names: set[str], theta: np.ndarray, motion: str, speeds: Sequence[Speed]
 ) -> dict[str, np.ndarray]:
     """Simulate parameter sets ``(n, p)`` and return quantities of their curves, ``(n,)`` each."""
-    found = {name: np.empty(len(theta)) for name in names}
+    values = {name: np.empty(len(theta)) for name in names}
     for size, rows in _sizes(theta, motion):
         curves = _Curves(theta[rows] / size.factors, motion)
         back = Size(1.0 / size.lengths, 1.0 / size.times)
-        points = {each.name: (each.sized(back).start, each.sized(back).end) for each in speeds}
+        points = {given.name: (given.sized(back).start, given.sized(back).end) for given in speeds}
         for name in names:
             if name in points:
-                found[name][rows] = curves.speed(*points[name]) * size.factor(SPEED_UNIT)
+                values[name][rows] = curves.speed(*points[name]) * size.factor(SPEED_UNIT)
             elif name == "travel_time":
-                found[name][rows] = curves.travel_time() * size.times
+                values[name][rows] = curves.travel_time() * size.times
             elif name in ("touch_time", "separation_time"):
-                found[name][rows] = np.where(curves.exists, curves.at, np.nan) * size.times
+                values[name][rows] = np.where(curves.exists, curves.at, np.nan) * size.times
             else:
-                found[name][rows] = curves.over_travel() * size.lengths
-    return found
+                values[name][rows] = curves.over_travel() * size.lengths
+    return values
 
 
 def _sizes(theta: np.ndarray, motion: str) -> Iterator[tuple[Size, np.ndarray]]:
@@ -113,7 +113,7 @@ class _Curves:
         # Travel in the direction of the motion, (n, t), and the rest positions before and after.
         sign, (before, after) = (1.0, MOTIONS) if closing else (-1.0, MOTIONS[::-1])
         self.forward = sign * curves
-        self.start, self.end = (sign * rest_position(theta, each) for each in (before, after))
+        self.start, self.end = (sign * rest_position(theta, rest) for rest in (before, after))
 
     def over_travel(self) -> np.ndarray:
         """Largest travel beyond the rest position at the end, mm, by a parabola through samples: 0
@@ -178,7 +178,7 @@ class _Curves:
         above = (self.forward >= level[:, None]) & (begin[:, None] < TIMES)
         return self._crossing(level, np.argmax(above, axis=1) - 1, above)
 
-    def _crossing(self, level: np.ndarray, sample: np.ndarray, found: np.ndarray) -> np.ndarray:
+    def _crossing(self, level: np.ndarray, sample: np.ndarray, crosses: np.ndarray) -> np.ndarray:
         """Time between a sample and the next at which a curve passes its level, by bisection; nan
         where no sample ``(n, t)`` was found.
         """
@@ -191,7 +191,7 @@ class _Curves:
             width /= 2
             before = (_cubic(samples, (low + width) / _STEP - first) <= level) == was_below
             low = low + width * before
-        return np.where(found.any(axis=1), low + width / 2, np.nan)
+        return np.where(crosses.any(axis=1), low + width / 2, np.nan)
 
     def _travel(self, at: np.ndarray) -> np.ndarray:
         """Travel at times, by cubics, mm."""

@@ -158,7 +158,7 @@ class Limit:
         """
         from scipy.special import ndtr
 
-        values, sds = (np.asarray(each, dtype=np.float64) for each in (values, sds))
+        values, sds = (np.asarray(given, dtype=np.float64) for given in (values, sds))
         # A value without an error is one with an error of round-off.
         holds = ndtr(self.excess(values) / np.maximum(sds, np.finfo(np.float64).eps))
         # Two bounds on one quantity: it is between them or beyond one of them, never beyond both.
@@ -190,12 +190,12 @@ def from_list(
         stroke high: measured stroke above 183.34 mm
         stroke low: measured stroke below 172.66 mm
     """
-    found = []
+    limits = []
     for entry in entries:
         sides = _band(entry, speeds) if any(key in entry for key in _BAND) else [entry]
         kept = (side for side in sides if side.get("motion", "") in (*motions, ""))
-        found += [Limit.from_settings(side, speeds) for side in kept]
-    return found
+        limits += [Limit.from_settings(side, speeds) for side in kept]
+    return limits
 
 
 def entries_of_type(
@@ -218,7 +218,7 @@ def entries_of_type(
         closing stroke by type: measured stroke above 184 mm
         closing stroke by type: measured stroke below 178 mm
     """
-    every, found = quantities(speeds), []
+    every, entries = quantities(speeds), []
     for key, ends in ranges.items():
         first, _, name = key.rpartition(" ")
         unit = every[name].unit if name in every else ""
@@ -234,8 +234,8 @@ def entries_of_type(
             about = {"of": "record", "motion": motion, "pair": pair}
             for side, bound, end in (("upper", high, "high"), ("lower", low, "low")):
                 if bound is not None:
-                    found.append(about | {"name": f"{pair} {end}", side: {name: bound}})
-    return found
+                    entries.append(about | {"name": f"{pair} {end}", side: {name: bound}})
+    return entries
 
 
 def _in_unit(key: str, end: float | str | None, unit: str) -> float | None:

@@ -62,20 +62,20 @@ class Point:
             ValueError: If it has no known form, or names the event of the other motion.
         """
         event = EVENTS[motion]
-        found = _TEXT.fullmatch(" ".join(str(text).split()))
-        if found is None or found["event"] not in (None, event):
+        match = _TEXT.fullmatch(" ".join(str(text).split()))
+        if match is None or match["event"] not in (None, event):
             raise ValueError(
                 f"{text!r} is not a point of {motion}. Write {event}, 6 mm before {event}, 10 ms "
                 f"after {event}, 10 % of stroke, 20 mm from open, or 10 ms after 50 % of stroke"
             )
-        later = float(found["time"] or 0.0) * (-1.0 if found["when"] == "before" else 1.0)
-        if found["event"]:
-            distance = float(found["distance"] or 0.0) * (-1.0 if found["side"] == "before" else 1)
+        later = float(match["time"] or 0.0) * (-1.0 if match["when"] == "before" else 1.0)
+        if match["event"]:
+            distance = float(match["distance"] or 0.0) * (-1.0 if match["side"] == "before" else 1)
             return cls(distance, "mm", later=later) if distance or not later else cls(later, "ms")
-        rest = found["of"].removeprefix("from ")
+        rest = match["of"].removeprefix("from ")
         back = rest == _RESTS[motion][1]
-        amount = float(found["amount"])
-        if found["unit"] == "mm" and amount:
+        amount = float(match["amount"])
+        if match["unit"] == "mm" and amount:
             return cls(-amount if back else amount, "mm", rest, later)
         if not amount <= 100:
             raise ValueError(f"{text!r} is not a point. Write a share from 0 to 100 %")
@@ -151,7 +151,7 @@ class Speed:
     @property
     def points(self) -> list[str]:
         """Points of the speed as ``read`` takes them."""
-        return [each.text(self.motion) for each in (self.start, self.end)]
+        return [point.text(self.motion) for point in (self.start, self.end)]
 
     @property
     def words(self) -> str:
@@ -292,14 +292,14 @@ def quantities(speeds: Sequence[Speed] = SPEEDS) -> dict[str, Quantity]:
         >>> quantities()["closing_speed"].meaning
         'mean speed of the drive from 6 mm before touch to touch'
     """
-    found = {each.name: Quantity(**vars(each), of=_MODEL) for each in PARAMETERS}
+    known = {parameter.name: Quantity(**vars(parameter), of=_MODEL) for parameter in PARAMETERS}
     for name, unit, worse, motions, of, meaning in _TABLE:
-        found[name] = Quantity(name, unit, meaning, worse, motions=motions, of=of)
+        known[name] = Quantity(name, unit, meaning, worse, motions=motions, of=of)
     for speed in speeds:
         meaning, more = f"mean speed of the drive {speed.words}", {"zone": speed.words}
         motions = (speed.motion,)
-        found[speed.name] = Quantity(speed.name, SPEED_UNIT, meaning, -1, motions=motions, **more)
-    return found
+        known[speed.name] = Quantity(speed.name, SPEED_UNIT, meaning, -1, motions=motions, **more)
+    return known
 
 
 def quantities_of(
@@ -315,9 +315,11 @@ def quantities_of(
         ['spring_compression', 'stroke', 'travel_time', 'separation_time']
     """
     return {
-        name: each
-        for name, each in quantities(speeds).items()
-        if motion in each.motions and name not in NAMES and (of is None or set(of) & set(each.of))
+        name: quantity
+        for name, quantity in quantities(speeds).items()
+        if motion in quantity.motions
+        and name not in NAMES
+        and (of is None or set(of) & set(quantity.of))
     }
 
 
@@ -338,7 +340,7 @@ CURRENTS += ("motor_inrush", "motor_current", "charging_time", *RESISTANCES)
 """Names of the quantities that a current shows: of coil or motor, or the test current."""
 
 
-_SPOKEN = {each.name: each.word for each in PARAMETERS}
+_SPOKEN = {parameter.name: parameter.word for parameter in PARAMETERS}
 
 
 def in_words(name: str) -> str:
@@ -353,7 +355,7 @@ def in_words(name: str) -> str:
     return f"{words} %" if name in OF_STROKE or name in SHARES else words
 
 
-ANSWERED = frozenset(name for name, each in QUANTITIES.items() if each.of == _ANSWER)
+ANSWERED = frozenset(name for name, quantity in QUANTITIES.items() if quantity.of == _ANSWER)
 """Names of the quantities that only the inference of a single record has."""
 
 INFERRED = ANSWERED | {"spring_compression"}
@@ -373,7 +375,11 @@ def check_quantity(
         'reaction_time is not a quantity of model in closing'
     """
     every = quantities(speeds).values()
-    known = [each.name for each in every if motion in each.motions and of in each.of]
+    known = [
+        one_quantity.name
+        for one_quantity in every
+        if motion in one_quantity.motions and of in one_quantity.of
+    ]
     if of == "change":
         known, motion = list(NAMES), "any motion"
     elif motion not in MOTIONS:

@@ -212,20 +212,20 @@ class MadeRows(DrawnRows):
             )
             self._ahead = iter(loader)
         self._next = step + 1
-        return [each.to(self.device, non_blocking=True) for each in next(self._ahead)]
+        return [tensor.to(self.device, non_blocking=True) for tensor in next(self._ahead)]
 
     def draw(self, rows: Tensor, rng: torch.Generator) -> list[Tensor]:
         """Return rows by their places ``(n,)`` among the numbers."""
         seed = torch.randint(2**62, (), generator=rng, device=rng.device).item()
         made = self._made(self.numbers[rows.cpu().numpy()], np.random.default_rng(seed))
-        return [each.to(self.device) for each in made]
+        return [tensor.to(self.device) for tensor in made]
 
     def _batch_of(self, n: int, seed: int, step: int) -> list[Tensor]:
         rng = np.random.default_rng([seed, step])
         return self._made(rng.choice(self.numbers, n), rng)
 
     def _made(self, numbers: np.ndarray, rng: np.random.Generator) -> list[Tensor]:
-        return [torch.as_tensor(each, dtype=torch.float32) for each in self.make(numbers, rng)]
+        return [torch.as_tensor(array, dtype=torch.float32) for array in self.make(numbers, rng)]
 
 
 # ---- checkpoints ----
@@ -262,13 +262,13 @@ class Checkpoint(NamedTuple):
             # weights_only: a checkpoint is data, whoever wrote it. On the processor, as optimisers
             # count their steps there, and move all else to the weights.
             state = torch.load(self.file, weights_only=True, map_location="cpu")
-            found = state["fingerprint"]
+            saved = state["fingerprint"]
         except (EOFError, KeyError, RuntimeError, UnpicklingError) as error:
             raise ValueError(
                 f"{self.file} cannot be read ({type(error).__name__}); delete it to train from the "
                 "start"
             ) from error
-        if found != self.fingerprint:
+        if saved != self.fingerprint:
             tqdm.write(f"{self.file} is of another training; starting anew")
             return None
         tqdm.write(f"going on from step {state['step']} of {self.file}")
@@ -425,7 +425,7 @@ class Trainer:
     def _state(self) -> dict:
         return {
             **{name: getattr(self, name) for name in _NUMBERS},
-            **{name: [each.detach() for each in getattr(self, name)] for name in _WEIGHTS},
+            **{name: [tensor.detach() for tensor in getattr(self, name)] for name in _WEIGHTS},
             "optimisers": [optimiser.state_dict() for optimiser in self.optimisers],
             "rng": self.rng.get_state(),
         }

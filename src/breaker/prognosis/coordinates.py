@@ -66,8 +66,10 @@ class LifeCurve(NamedTuple):
         root = np.linalg.inv(np.linalg.cholesky(scatter))
         variance, turned = np.linalg.eigh(root @ np.diag(family) @ root.T)
         forward = (root.T @ turned)[:, ::-1]
-        found = cls(mean, 0.0, directions, forward, np.linalg.inv(forward), variance[::-1])
-        return found._replace(noise=float(found.input_noise(np.ones(len(family)) / len(new))))
+        coordinates = cls(mean, 0.0, directions, forward, np.linalg.inv(forward), variance[::-1])
+        return coordinates._replace(
+            noise=float(coordinates.input_noise(np.ones(len(family)) / len(new)))
+        )
 
     def project(self, way: np.ndarray, present: np.ndarray) -> np.ndarray:
         """Return coordinates of records, ``(o, g) -> (o, k)``; nan without a sample."""
@@ -121,13 +123,16 @@ class Coordinates(NamedTuple):
         that these do not show.
         """
         curves, readings = {}, {}
-        for motion, each in series.motions.items():
-            new = series.new[each.there[series.new]]
-            curves[motion] = LifeCurve.of(each, new, bases[motion])
-            for name, values in each.measured.items():
+        for motion, records in series.motions.items():
+            new = series.new[records.there[series.new]]
+            curves[motion] = LifeCurve.of(records, new, bases[motion])
+            for name, values in records.measured.items():
                 if (shown := new[np.isfinite(values[new])]).size:
                     # They scatter as is usual and stated, as far as few do not tell.
-                    mean, common = values[shown].mean(), float(np.median(each.stated[name][shown]))
+                    mean, common = (
+                        values[shown].mean(),
+                        float(np.median(records.stated[name][shown])),
+                    )
                     apart, usual = (
                         np.diff(values[shown]),
                         np.hypot(common, inputs.USUAL_SCATTER * mean),
@@ -157,9 +162,9 @@ class Coordinates(NamedTuple):
             records = series.motions[motion]
             seen = curve.project(records.way, records.present)
             blocks.append(Block(seen, curve.variance, curve.shared()))
-        for (motion, name), each in self.readings.items():
-            seen = (series.motions[motion].measured[name][:, None] - each.mean) / each.scatter
-            shared = np.square([_MOUNTED * each.mean / each.scatter])
+        for (motion, name), given in self.readings.items():
+            seen = (series.motions[motion].measured[name][:, None] - given.mean) / given.scatter
+            shared = np.square([_MOUNTED * given.mean / given.scatter])
             blocks.append(Block(seen, np.array([_MOVES**2]), shared, name in _APART))
         for k, block in enumerate(blocks):
             means, count = series.gathered(block.values)

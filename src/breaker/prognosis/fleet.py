@@ -58,31 +58,38 @@ def drives_of(
     for breaker, every in rows.items():
         phases = _grouped((row[1].phase, row) for row in every if row[0] in motions)
         for phase, own in phases.items():
-            stated = [stated_in(files[each.file], form, each.channel) for _, each in own]
-            dated = [
-                (motion, replace(each, date=one_date(each.date, header.dates, each.file)))
-                for (motion, each), header in zip(own, stated, strict=True)
+            stated = [
+                stated_in(files[operation.file], form, operation.channel) for _, operation in own
             ]
-            types = [each.type for _, each in own] + [header.type for header in reversed(stated)]
+            dated = [
+                (
+                    motion,
+                    replace(operation, date=one_date(operation.date, header.dates, operation.file)),
+                )
+                for (motion, operation), header in zip(own, stated, strict=True)
+            ]
+            types = [operation.type for _, operation in own] + [
+                header.type for header in reversed(stated)
+            ]
             yield Drive(breaker, phase, next(filter(None, types), ""), inspections_of(dated))
 
 
 def inspections_of(rows: Iterable[Row]) -> list[list[Row]]:
     """Return the rows of each inspection, as those of a life; one of a drive that is monitored."""
     rows = sorted(rows, key=lambda row: row[1].number)
-    dates = {each.number: "" for _, each in rows}
-    dates |= {each.number: each.date for _, each in rows if each.date}
-    found = series.inspections_of(np.array([*dates]), series.days_of([*dates.values()]))
-    places = dict(zip(dates, np.zeros(len(dates)) if found is None else found, strict=True))
+    dates = {operation.number: "" for _, operation in rows}
+    dates |= {operation.number: operation.date for _, operation in rows if operation.date}
+    grouped = series.inspections_of(np.array([*dates]), series.days_of([*dates.values()]))
+    places = dict(zip(dates, np.zeros(len(dates)) if grouped is None else grouped, strict=True))
     return [*_grouped((places[row[1].number], row) for row in rows).values()]
 
 
 def _grouped(pairs: Iterable[tuple]) -> dict:
     """Return the second parts of pairs by the first."""
-    found: dict = {}
+    groups: dict = {}
     for key, value in pairs:
-        found.setdefault(key, []).append(value)
-    return found
+        groups.setdefault(key, []).append(value)
+    return groups
 
 
 @contextmanager
@@ -100,18 +107,18 @@ def examine(drive: Drive, config: Mapping, types: Mapping[str, Mapping]) -> Driv
     Limits that ship count only if they are on changes: the others are of one size of drives.
     """
     limits, shipped = config["limits"], defaults()["limits"]
-    limits = [each for each in limits if limits != shipped or each.get("of") == "change"]
-    diagnosis, found, remarks = Diagnosis(config, limits, types=types), {}, []
+    limits = [limit for limit in limits if limits != shipped or limit.get("of") == "change"]
+    diagnosis, results, remarks = Diagnosis(config, limits, types=types), {}, []
     with _noted(remarks):  # a type without an entry, which only a file states
         diagnosis = diagnosis.of_type(drive.type) if types and drive.type else diagnosis
     with _noted(remarks):
-        found = _examined(drive, diagnosis, remarks)
-    every = [each for rows in drive.inspections for _, each in rows]
-    dates = sorted((each.date for each in every if each.date), key=instant) or [""]
+        results = _examined(drive, diagnosis, remarks)
+    every = [operation for rows in drive.inspections for _, operation in rows]
+    dates = sorted((operation.date for operation in every if operation.date), key=instant) or [""]
     about = {name: getattr(drive, name) for name in ("breaker", "phase", "type")}
     about |= {"first": dates[0], "last": dates[-1], "inspections": len(drive.inspections)}
-    about |= {"operation": max(each.number for each in every), "records": len(every)}
-    return DriveResult(**about, remarks=[note_of(each) for each in remarks], **plainly(found))
+    about |= {"operation": max(operation.number for operation in every), "records": len(every)}
+    return DriveResult(**about, remarks=[note_of(remark) for remark in remarks], **plainly(results))
 
 
 def _examined(drive: Drive, diagnosis: Diagnosis, remarks: list) -> dict[str, object]:
@@ -121,31 +128,33 @@ def _examined(drive: Drive, diagnosis: Diagnosis, remarks: list) -> dict[str, ob
         for rows in (*drive.inspections[:-1][:1], drive.inspections[-1])
     )
     remarks += [record.reason for record in today if record.reason]
-    used = [each for each in diagnosis.infer(today) if not each.record.reason]
-    found = {"rejected": len(today) - len(used), "measured": [*_measured(used)]}
+    used = [estimate for estimate in diagnosis.infer(today) if not estimate.record.reason]
+    results = {"rejected": len(today) - len(used), "measured": [*_measured(used)]}
     if not used:
-        return found
+        return results
     limits = [*_states(row for rows in diagnosis.judge(used) for row in rows)]
     with _noted(remarks):  # no usable record in the first inspection
         if before:
             change = compare_inspections(diagnosis, {"before": before[0], "today": today})
             remarks += [*change.warnings, *change.limitations]
-            found["changes"], on_both = change.measured, _states(change.limits)
-            limits = [*{each.limit: each for each in (*limits, *on_both)}.values()]
+            results["changes"], on_both = change.measured, _states(change.limits)
+            limits = [*{known.limit: known for known in (*limits, *on_both)}.values()]
             if change.differences:
-                return found
-    numbers = {each.number for rows in drive.inspections for _, each in rows}
+                return results
+    numbers = {operation.number for rows in drive.inspections for _, operation in rows}
     with _noted(remarks):  # no record counts as new
         if len(drive.inspections) > 2 or len(numbers) >= _LIFE:  # two are compared
             limits = _followed(drive, used, diagnosis) or limits
     remarks += [] if limits else [say("no-limit-of-drive")]
-    limits.sort(key=lambda each: (STATES.index(each.state), -(each.p_exceeded or 0.0)))
-    return found | {"limits": limits, "state": limits[0].state if limits else "unknown"}
+    limits.sort(key=lambda entry: (STATES.index(entry.state), -(entry.p_exceeded or 0.0)))
+    return results | {"limits": limits, "state": limits[0].state if limits else "unknown"}
 
 
 def _states(verdicts: Iterable[Verdict]) -> Iterator[LimitState]:
     """Yield the state of each limit by its mean probability over records."""
-    for name, values in _grouped((each["name"], each["p_exceeded"]) for each in verdicts).items():
+    for name, values in _grouped(
+        (verdict["name"], verdict["p_exceeded"]) for verdict in verdicts
+    ).items():
         p = float(np.mean(np.array(values, dtype=float)))  # nan without a value
         yield LimitState(name, next_state("unknown", p, 0.0, np.inf), p)
 
@@ -153,7 +162,7 @@ def _states(verdicts: Iterable[Verdict]) -> Iterator[LimitState]:
 def _followed(drive: Drive, used: Sequence[Estimate], diagnosis: Diagnosis) -> list[LimitState]:
     """Return the states of limits at the end of a life; estimates show how long motions are."""
     config, rows = diagnosis.config, [row for some in drive.inspections for row in some]
-    longer = np.median([each.record.shape.duration for each in used])
+    longer = np.median([estimate.record.shape.duration for estimate in used])
     longer /= np.exp(used[0].levels.usual[1, 0])
     times = longer * grid(**{key: config["sensor"][key] for key in ("start", "stop", "samples")})
     form, speeds = config["endurance"]["format"], used[0].speeds
@@ -163,8 +172,8 @@ def _followed(drive: Drive, used: Sequence[Estimate], diagnosis: Diagnosis) -> l
     }
     if not (limits := diagnosis.limits_on(used, curves)):
         return []
-    operations = [each for _, each in rows]
-    events, conditions = known_of(operations, sorted({each.number for each in operations}))
+    operations = [listed for _, listed in rows]
+    events, conditions = known_of(operations, sorted({chosen.number for chosen in operations}))
     life = Life(limits, config, events=events, conditions=conditions)
     life.update(curves)
     columns = ["state", "p_exceeded", "service_by", "service_by_date"]
@@ -178,10 +187,10 @@ def _followed(drive: Drive, used: Sequence[Estimate], diagnosis: Diagnosis) -> l
 def _measured(used: Sequence[Estimate]) -> Iterator[MeasuredValue]:
     """Yield the means of what the records of an inspection show."""
     readings = _grouped(
-        ((name, each.record.motion), measured[:2])
-        for each in used
-        for name, measured in each.measured.items()
-        if np.isfinite(measured.value) and each.measured_directly(name)
+        ((name, estimate.record.motion), measured[:2])
+        for estimate in used
+        for name, measured in estimate.measured.items()
+        if np.isfinite(measured.value) and estimate.measured_directly(name)
     )
     for (name, motion), some in readings.items():
         values = np.array(some, dtype=float)

@@ -70,9 +70,9 @@ class DriveResult(Plain):
 
     def columns(self) -> dict[str, object]:
         """Return the columns of the table that depend on this drive alone."""
-        row = {name: each for name, each in vars(self).items() if isinstance(each, str | int)}
+        row = {name: value for name, value in vars(self).items() if isinstance(value, str | int)}
         row |= vars(self.limits[0] if self.limits else LimitState("", self.state, None))
-        changes = [(each.change[1], each.words) for each in self.changes if each.changed]
+        changes = [(item.change[1], item.words) for item in self.changes if item.changed]
         most = max(changes, key=lambda change: abs(change[0]), default=(np.nan, ""))
         remarks = first_of([note.text for note in self.remarks], _NAMED)
         return row | {"most_changed": most[1], "change": most[0], "remarks": remarks}
@@ -105,7 +105,7 @@ def differences_from_type(measured: pd.DataFrame) -> pd.DataFrame:
     ``measured`` has rows of ``MeasuredValue`` with ``drive`` and ``type``. The p-value is the
     chance that any quantity of any drive of the type differs as much, if all drives vary alike.
     """
-    found = []
+    texts = []
     for _, own in measured.groupby("type") if len(measured) else ():
         counts = own.groupby("quantity").size()
         for name in counts.index[counts > 2]:
@@ -114,11 +114,11 @@ def differences_from_type(measured: pd.DataFrame) -> pd.DataFrame:
             usual, p = outliers(some.value.to_numpy(), some.sd.to_numpy(), false)
             middle = some.value[usual].median()
             some = some.assign(p_value=p * len(counts), differs=p < false, type_median=middle)
-            found.append(some.assign(difference=100.0 * (some.value / middle - 1.0)))
+            texts.append(some.assign(difference=100.0 * (some.value / middle - 1.0)))
     columns = ["most_different", "value", "unit", "type_median", "difference", "p_value", "differs"]
-    if not found:
+    if not texts:
         return pd.DataFrame(columns=columns)
-    first = pd.concat(found).sort_values("p_value").drop_duplicates("drive").set_index("drive")
+    first = pd.concat(texts).sort_values("p_value").drop_duplicates("drive").set_index("drive")
     return first.assign(p_value=first.p_value.clip(upper=1.0))[columns]
 
 

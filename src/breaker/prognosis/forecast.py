@@ -94,15 +94,15 @@ class Onward:
         lives = np.where(lives > self.turns, faster, lives)
         nearer = (limit.excess(now) > limit.excess(new)).all(axis=-1).mean(axis=1)
         left = np.quantile(lives, QUANTILES, axis=1, method="inverted_cdf").T
-        exceeded, each = limit.exceeded(now).mean(axis=1), ("limit", "asked")
+        exceeded, dims = limit.exceeded(now).mean(axis=1), ("limit", "asked")
         quantity, bound, upper = zip(*limit.parts, strict=True)
         parts = {"limit": [limit.name] * len(bound), "unit": limit.units, "quantity": quantity}
         parts |= {"bound": bound, "upper": upper}
         return {
-            "p_exceeded": (each, np.where(known, exceeded, np.nan)[None]),
-            "p_nearer": (each, np.where(known, nearer, np.nan)[None]),
-            "remaining": ((*each, "quantile"), left[None]),
-            "lives": ((*each, "draw"), lives.astype(np.float32)[None]),
+            "p_exceeded": (dims, np.where(known, exceeded, np.nan)[None]),
+            "p_nearer": (dims, np.where(known, nearer, np.nan)[None]),
+            "remaining": ((*dims, "quantile"), left[None]),
+            "lives": ((*dims, "draw"), lives.astype(np.float32)[None]),
             "value": (("part", "asked", "quantile"), np.quantile(now, QUANTILES, axis=1).T),
             "new": ("part", np.median(new, axis=0)),
             **{f"part_{name}": ("part", np.array(values)) for name, values in parts.items()},
@@ -115,27 +115,27 @@ class Onward:
         but their spread shows how far draws are from each other.
         """
         if limit.of == "record":
-            found = limit.read(self._measured)
-            return found.reshape(_NODES, -1, *found.shape[1:])
+            values = limit.read(self._measured)
+            return values.reshape(_NODES, -1, *values.shape[1:])
         every = [limit.read(way) for way in self._ways]
         middles = np.stack([np.median(draws, axis=1, keepdims=True) for draws in every])
         with np.errstate(invalid="ignore"):
             within = np.concatenate([e - m for e, m in zip(every, middles, strict=True)], axis=1)
             normal = ndtri((np.arange(within.shape[1]) + 0.5) / within.shape[1])
             normal = generator(self._seed, "ways of a path").permutation(normal)[:, None]
-            found = middles.mean(axis=0) + within + middles.std(axis=0) * normal
-        return found.reshape(_NODES, -1, *found.shape[1:])
+            values = middles.mean(axis=0) + within + middles.std(axis=0) * normal
+        return values.reshape(_NODES, -1, *values.shape[1:])
 
 
 def _continued(draws: np.ndarray, nodes: np.ndarray) -> np.ndarray:
     """Draws along paths, ``(m, n, d, parts)``; what no network knows goes on straight."""
-    found = draws.copy()
+    steps = draws.copy()
     for k in range(2, len(nodes)):
         share = (nodes[k] - nodes[k - 1]) / (nodes[k - 1] - nodes[k - 2])
         with np.errstate(invalid="ignore"):
-            straight = found[k - 1] + share * (found[k - 1] - found[k - 2])
-        found[k] = np.where(np.isnan(found[k]), straight, found[k])
-    return found
+            straight = steps[k - 1] + share * (steps[k - 1] - steps[k - 2])
+        steps[k] = np.where(np.isnan(steps[k]), straight, steps[k])
+    return steps
 
 
 def _crossings(excess: np.ndarray, nodes: np.ndarray) -> np.ndarray:
@@ -145,11 +145,11 @@ def _crossings(excess: np.ndarray, nodes: np.ndarray) -> np.ndarray:
     """
     over = (excess > 0.0).all(axis=-1)
     first = over.argmax(axis=0)
-    found = np.where(over.any(axis=0), 0.0, np.inf)
+    crossings = np.where(over.any(axis=0), 0.0, np.inf)
     coming = np.flatnonzero(first > 0)
     before, after = excess[first[coming] - 1, coming], excess[first[coming], coming]
     with np.errstate(invalid="ignore", divide="ignore"):
         share = np.where(before > 0.0, 0.0, before / (before - after))
     share = np.nan_to_num(share, nan=1.0).max(axis=-1)
-    found[coming] = nodes[first[coming] - 1] + share * np.diff(nodes)[first[coming] - 1]
-    return found
+    crossings[coming] = nodes[first[coming] - 1] + share * np.diff(nodes)[first[coming] - 1]
+    return crossings

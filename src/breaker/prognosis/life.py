@@ -114,9 +114,9 @@ class Life:
     @classmethod
     def load(cls, path: str | File) -> Self:
         """Return a life whose forecast was saved; it has no records."""
-        found = cls([], {}, events={}, conditions={})
-        found.forecast = open_store(path).load()
-        return found
+        life = cls([], {}, events={}, conditions={})
+        life.forecast = open_store(path).load()
+        return life
 
 
 def forecast_of(
@@ -145,19 +145,19 @@ def forecast_of(
     past = np.maximum(number[where] - float(number[0]), 1.0)
     onward = Onward(path, readout, where, past, future)
     forecasts = [onward.forecast(limit) for limit in limits]
-    found = {
-        name: (dims, np.concatenate([each[name][1] for each in forecasts]))
+    columns = {
+        name: (dims, np.concatenate([forecast_[name][1] for forecast_ in forecasts]))
         for name, (dims, _) in forecasts[0].items()
     }
-    named = [name for name in found if name in ("words", "of") or name.startswith("part_")]
-    found["p_nearer"][1][:, number[where] < first] = np.nan
+    named = [name for name in columns if name in ("words", "of") or name.startswith("part_")]
+    columns["p_nearer"][1][:, number[where] < first] = np.nan
     draws = onward.now.parameters
     changed = np.quantile(draws, QUANTILES, axis=1)
     unchanged = np.where(np.isfinite(draws[:, 0]), (draws == 0.0).mean(axis=1), np.nan)
-    found |= {
+    columns |= {
         "evidence": ("operation", path.evidence),
         "weight": ("operation", path.weight),
-        "p_value": ("motion", [each.p_value for each in readout.matches.values()]),
+        "p_value": ("motion", [match.p_value for match in readout.matches.values()]),
         "changed": (("quantile", "asked", "parameter"), changed, {"unit": "%"}),
         "unchanged": (("asked", "parameter"), unchanged),
         "turns": (("asked", "draw"), onward.turns.astype(np.float32)),
@@ -168,7 +168,7 @@ def forecast_of(
     attrs = {"family": readout.network.settings["family"] if readout.network else ""}
     attrs |= {"agreement": agreed, "needed": needed}
     attrs |= {"reported_from": int(first), "horizon": future.horizon}
-    life = xr.Dataset(found | _changes(number, path), coords, attrs).set_coords(named)
+    life = xr.Dataset(columns | _changes(number, path), coords, attrs).set_coords(named)
     return life.transpose("asked", "limit", "part", "parameter", ...)
 
 
@@ -188,16 +188,16 @@ def _agreement(readout: Readout, path: Path) -> float:
     if len(motions) < 2:
         return 1.0
     end = readout.at(path.change[last], path.variance[last])
-    found = [end.drawn([motion])[0] for motion in motions]
-    return float(agreement_of(*found).min()) if np.isfinite(found).all() else 1.0
+    ends = [end.drawn([motion])[0] for motion in motions]
+    return float(agreement_of(*ends).min()) if np.isfinite(ends).all() else 1.0
 
 
 def _changes(number: np.ndarray, path: Path) -> dict[str, tuple]:
     """Changes of a path over ``change``, by the numbers of the operations."""
     changes = pd.DataFrame(path.changes, columns=Change._fields)
     moments = {name: changes[name].to_numpy(dtype=int) for name in Change._fields[:4]}
-    found = {name: number[places].astype(int) for name, places in moments.items()}
-    found["kind"] = changes.kind.to_numpy(dtype=str)
-    found["certainty"] = changes.evidence.to_numpy(dtype=float)
-    found["maintenance"] = changes.maintenance.to_numpy(dtype=bool)
-    return {name: ("change", values) for name, values in found.items()}
+    numbers = {name: number[places].astype(int) for name, places in moments.items()}
+    numbers["kind"] = changes.kind.to_numpy(dtype=str)
+    numbers["certainty"] = changes.evidence.to_numpy(dtype=float)
+    numbers["maintenance"] = changes.maintenance.to_numpy(dtype=bool)
+    return {name: ("change", values) for name, values in numbers.items()}

@@ -62,21 +62,21 @@ class Readout:
             zero = np.zeros((1, coordinates.size))
             return levels, cls(series, coordinates, network, draws, seed, zero, zero + 1e-12)
 
-        (levels, found), matches, fits = choose_family(
+        (levels, as_new_readout), matches, fits = choose_family(
             starmap(as_new, families),
             lambda pair: [(m, pair[0].match(m, seen)) for m, seen in pair[1].curves()[0].items()],
             misfit_p_value,
         )
-        found = replace(found, matches=dict(matches))
+        as_new_readout = replace(as_new_readout, matches=dict(matches))
         if not fits:
-            return replace(found, network=None)
-        theta = levels.draw(found.curves()[0], draws, np.random.default_rng(seed)).theta
-        return replace(found, theta=theta)
+            return replace(as_new_readout, network=None)
+        theta = levels.draw(as_new_readout.curves()[0], draws, np.random.default_rng(seed)).theta
+        return replace(as_new_readout, theta=theta)
 
     def at(self, change: np.ndarray, variance: np.ndarray) -> Self:
         """Return the drive at conditions, ``(..., k)``, one after the other."""
         both = np.broadcast_arrays(change, np.maximum(variance, 1e-12))
-        change, variance = (each.reshape(-1, self.coordinates.size) for each in both)
+        change, variance = (array.reshape(-1, self.coordinates.size) for array in both)
         return replace(self, change=change, variance=variance)
 
     def curves(
@@ -99,15 +99,15 @@ class Readout:
         it, or ``motions``: by the same random numbers for each change, so that probabilities along
         a path are smooth; nan where it is larger than any wear of the family, or without a family.
         """
-        found = np.full((len(self.change), self.draws, len(NAMES)), np.nan)
-        for begin in range(0, len(found) if self.network else 0, _BLOCK):
+        theta_drawn = np.full((len(self.change), self.draws, len(NAMES)), np.nan)
+        for begin in range(0, len(theta_drawn) if self.network else 0, _BLOCK):
             some = slice(begin, begin + _BLOCK)
             rng = np.random.default_rng(self.seed)
             seen = self.curves(some, motions)
             logs, _ = self.network.draw(*seen, self.draws, rng, effects=False)
             plausible = plausible_wear(logs)[:, None, None]
-            found[some] = np.where(plausible, 100.0 * np.expm1(logs), np.nan)
-        return found
+            theta_drawn[some] = np.where(plausible, 100.0 * np.expm1(logs), np.nan)
+        return theta_drawn
 
     @cached_property
     def parameters(self) -> np.ndarray:
@@ -120,12 +120,12 @@ class Readout:
         """
         normal, rng = ndtri((np.arange(_WAYS) + 0.5) / _WAYS), np.random.default_rng(self.seed)
         ways = np.tile((normal / normal.std())[:, None], self.coordinates.size)
-        found = []
+        rows = []
         for k, way in enumerate(rng.permuted(ways, axis=0)):
             theta = None if self.theta is None else self.theta[k::_WAYS]
             draws = len(range(k, self.draws, _WAYS))
-            found.append((replace(self, draws=draws, theta=theta, seed=self.seed + k), way))
-        return found
+            rows.append((replace(self, draws=draws, theta=theta, seed=self.seed + k), way))
+        return rows
 
     def of_change(self, limit: Limit) -> np.ndarray:
         """Return draws of changes of parameters."""
@@ -137,17 +137,17 @@ class Readout:
         if self.theta is None:
             return np.full(shape, np.nan)
         theta = (self.theta * (1.0 + self.parameters / 100.0)).reshape(-1, len(NAMES))
-        known, found = np.isfinite(theta).all(axis=1), np.full((len(theta), shape[-1]), np.nan)
+        known, predicted = np.isfinite(theta).all(axis=1), np.full((len(theta), shape[-1]), np.nan)
         # What a drive does not have any more is beyond any limit.
-        found[known] = np.nan_to_num(limit.evaluate(theta[known]), nan=np.inf)
+        predicted[known] = np.nan_to_num(limit.evaluate(theta[known]), nan=np.inf)
         signs = np.where([upper for *_, upper in limit.parts], 1.0, -1.0)
-        return np.where(np.isinf(found), signs * np.inf, found).reshape(shape)
+        return np.where(np.isinf(predicted), signs * np.inf, predicted).reshape(shape)
 
     def of_record(self, limit: Limit) -> np.ndarray:
         """Return draws of what records show: shuffled quantiles of a normal, alike for each change,
         as a draw is a drive, followed along its path, whose readings share an error.
         """
-        found = np.full((len(self.change), self.draws, len(limit.quantities)), np.nan)
+        read = np.full((len(self.change), self.draws, len(limit.quantities)), np.nan)
         normal = ndtri((np.arange(self.draws) + 0.5) / self.draws)
         rng = np.random.default_rng(self.seed)
         for k, key in enumerate((limit.motion, name) for name in limit.quantities):
@@ -155,6 +155,6 @@ class Readout:
                 place = self.coordinates.places[key]
                 mean = reading.mean + reading.scatter * self.change[:, place]
                 sd = reading.scatter * np.sqrt(self.variance[:, place])
-                found[..., k] = mean + sd * rng.permutation(normal)
-                found[..., k] += reading.common * rng.permutation(normal)
-        return found
+                read[..., k] = mean + sd * rng.permutation(normal)
+                read[..., k] += reading.common * rng.permutation(normal)
+        return read

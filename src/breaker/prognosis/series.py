@@ -36,13 +36,13 @@ def events_of(texts: Mapping[int, str], more: Mapping[str, Sequence[str]]) -> di
     """
     every = [*EVENTS.items(), *more.items()]
     known = {word: meaning for key, meaning in every for word in event_words(key)}
-    found = {}
+    events = {}
     for number, text in texts.items():
         if unknown := [word for word in event_words(text) if word not in known]:
             raise ValueError(f"endurance.events has no {', '.join(unknown)}; add what starts anew")
         if renewed := {name for word in event_words(text) for name in known[word]}:
-            found[number] = renewed != {"transducer"}
-    return found
+            events[number] = renewed != {"transducer"}
+    return events
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,8 +101,8 @@ class Series:
     @property
     def settle(self) -> int:
         """Operations after the new ones, or after a change, in which no change is noticed."""
-        found = self.inspections
-        return _FIRST if found is None else int(np.sum(found == found[self.new[-1]]))
+        stop = self.inspections
+        return _FIRST if stop is None else int(np.sum(stop == stop[self.new[-1]]))
 
     @property
     def counted(self) -> float:
@@ -115,13 +115,13 @@ class Series:
         """
         if self.inspections is None:
             return values, 1.0
-        found, counts = np.full_like(values, np.nan), []
+        smooth, counts = np.full_like(values, np.nan), []
         there = np.isfinite(values).all(axis=1)
         for number in np.unique(self.inspections[there]):
             rows = np.flatnonzero(there & (self.inspections == number))
-            found[rows[-1]] = values[rows].mean(axis=0)
+            smooth[rows[-1]] = values[rows].mean(axis=0)
             counts.append(rows.size)
-        return found, float(np.median(counts))
+        return smooth, float(np.median(counts))
 
 
 def series_of(
@@ -136,17 +136,17 @@ def series_of(
     Raises:
         ValueError: If no operation that is new has a record.
     """
-    operations = np.unique(np.concatenate([each.operation.values for each in data.values()]))
-    every = {m: each.reindex(operation=operations, copy=False) for m, each in data.items()}
-    usable = {m: each.accepted.values == True for m, each in every.items()}  # noqa: E712, nan is not
+    operations = np.unique(np.concatenate([dataset.operation.values for dataset in data.values()]))
+    every = {m: dataset.reindex(operation=operations, copy=False) for m, dataset in data.items()}
+    usable = {m: dataset.accepted.values == True for m, dataset in every.items()}  # noqa: E712, nan is not
     place = {int(o): i for i, o in enumerate(operations)}
-    done = {place[o]: each for o, each in events.items() if o in place}
-    dates = [each.date.values for each in every.values() if "date" in each]
+    done = {place[o]: event for o, event in events.items() if o in place}
+    dates = [dataset.date.values for dataset in every.values() if "date" in dataset]
     inspections = inspections_of(operations, days_of(dates[0]) if dates else None, done)
     new = new_of(usable, inspections, done)
     names = {motion: [name for of, name in followed if of == motion] for motion in every}
     motions = {m: _motion(m, every[m], usable[m], new, names[m]) for m in every}
-    motions = {motion: each for motion, each in motions.items() if each is not None}
+    motions = {motion: records for motion, records in motions.items() if records is not None}
     if not motions:
         raise ValueError("no new operation has a usable record. Start with the first inspection")
     relative = []
@@ -189,8 +189,8 @@ def inspections_of(
 
 def days_of(dates: Sequence[str]) -> np.ndarray:
     """Return days since year 1 of dates, ``(o,)``; nan where one is not known."""
-    known = (instant(each) if isinstance(each, str) and each else None for each in dates)
-    days = [(each - datetime.min) / timedelta(days=1) if each else np.nan for each in known]
+    known = (instant(date) if isinstance(date, str) and date else None for date in dates)
+    days = [(moment - datetime.min) / timedelta(days=1) if moment else np.nan for moment in known]
     return np.array(days, dtype=float)
 
 
@@ -214,7 +214,7 @@ def _motion(
     n, sign = len(usable), 1.0 if motion == "closing" else -1.0
     records, step = sign * data.record.values, 1.0 / data.rate.values
     sd, colour = data.record_noise.values, data.record_colour.values
-    own = [each for i in new if usable[i] and (each := shape_of(records[i], step[i]))]
+    own = [shape_here for i in new if usable[i] and (shape_here := shape_of(records[i], step[i]))]
     if not own:
         return None
     units, noise = median_units(own), np.full(n, np.nan)
@@ -224,7 +224,7 @@ def _motion(
             way[i], present[i] = shape.way, shape.present
             noise[i] = network_record(shape, sd[i], colour[i], step[i], units).noise[0]
     measured, stated = (
-        {name: data[each].sel(quantity=name).values for name in names}
-        for each in ("measured", "measured_sd")
+        {name: data[variable].sel(quantity=name).values for name in names}
+        for variable in ("measured", "measured_sd")
     )
     return MotionRecords(way, present, noise, units.stroke, units.duration, measured, stated)

@@ -80,13 +80,13 @@ def days_per_operation(operations: np.ndarray, days: np.ndarray) -> np.ndarray:
     >>> days_per_operation(np.array([1, 5, 100, 104]), np.array([0, 0, 1461, 1461])).round(1)
     array([ nan,  nan, 15.4, 14.8])
     """
-    found, known = np.full(len(operations), np.nan), np.flatnonzero(np.isfinite(days))
+    days_each, known = np.full(len(operations), np.nan), np.flatnonzero(np.isfinite(days))
     for i in known:
         past = known[(known < i) & (days[known] <= days[i] - YEAR)]
         since = past[-1] if past.size else known[0]
         if days[i] - days[since] >= YEAR / 12.0:
-            found[i] = (days[i] - days[since]) / (operations[i] - operations[since])
-    return found[_last_known(days)]
+            days_each[i] = (days[i] - days[since]) / (operations[i] - operations[since])
+    return days_each[_last_known(days)]
 
 
 def on_date(

@@ -75,7 +75,7 @@ def states_of(life: xr.Dataset, planning: Mapping) -> xr.Dataset:
     left = np.where(over[..., None], 0.0, left)
     certain, crossed = (_since(on, operations)[-1] for on in (over, over | (p_exceeded >= 0.5)))
     both, drive = ("operation", "limit"), state.max(axis=1, keepdims=True)
-    found = {
+    columns = {
         "state": (both, state.astype(np.int8)),
         "p_exceeded": (both, p_exceeded),
         "service_by": (both, by),
@@ -92,7 +92,7 @@ def states_of(life: xr.Dataset, planning: Mapping) -> xr.Dataset:
         "days": ("operation", days),
     }
     coords = {name: life[name] for name in ("operation", "limit", "quantile")}
-    return xr.Dataset(found, coords, {"states": list(STATES)})
+    return xr.Dataset(columns, coords, {"states": list(STATES)})
 
 
 def _subject(state: np.ndarray, by: np.ndarray, left: np.ndarray) -> np.ndarray:
@@ -120,18 +120,18 @@ def _judged(
     """Return the state of each limit, and by when to service, inf without a plan, ``(a, l)``."""
     asked, p_exceeded, p_nearer = (life[e].values for e in ("asked", "p_exceeded", "p_nearer"))
     left = np.floor(np.fmin(best, life.remaining.values[..., 0]))
-    states, found = np.zeros(best.shape, dtype=int), np.full(best.shape, np.inf)
+    states, nearest = np.zeros(best.shape, dtype=int), np.full(best.shape, np.inf)
     for i, j in np.ndindex(best.shape):
         state, by = "unknown", np.inf
         if i and spell[i] == spell[i - 1]:  # no maintenance since
-            state, by = STATES[states[i - 1, j]], found[i - 1, j]
+            state, by = STATES[states[i - 1, j]], nearest[i - 1, j]
         state = next_state(state, p_exceeded[i, j], p_nearer[i, j], ahead[i, j])
         if state == "planned":
-            found[i, j] = _moved(by, asked[i], left[i, j])
+            nearest[i, j] = _moved(by, asked[i], left[i, j])
         elif state == "due":
-            found[i, j] = min(by, asked[i])
+            nearest[i, j] = min(by, asked[i])
         states[i, j] = STATES.index(state)
-    return states, found
+    return states, nearest
 
 
 def _moved(by: float, now: float, left: float) -> float:

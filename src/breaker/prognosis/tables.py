@@ -144,7 +144,7 @@ def _since_new(life: xr.Dataset) -> str:
     words = []
     for k in np.argsort(-np.abs(middle)):
         if low[k] * high[k] > 0.0:
-            numbers = (in_digits(each[k], 2, sign=True) for each in (middle, low, high))
+            numbers = (in_digits(level[k], 2, sign=True) for level in (middle, low, high))
             words.append("{} {} % ({} to {})".format(PARAMETERS[k].word, *numbers))
     return say("life-changed", changes=", ".join(words)) if words else say("life-unchanged")
 

@@ -101,9 +101,9 @@ class PathFit:
 
     def __init__(self, blocks: Sequence[Block]) -> None:
         values, variance, noise, sought = zip(*blocks, strict=True)
-        sizes = [each.size for each in variance]
+        sizes = [array.size for array in variance]
         self.block = np.repeat(np.arange(len(blocks)), sizes)
-        self.seen = np.stack([np.isfinite(each).all(axis=1) for each in values], axis=1)
+        self.seen = np.stack([np.isfinite(array).all(axis=1) for array in values], axis=1)
         self.there = self.seen[:, self.block]
         self.values = np.where(self.there, np.concatenate(values, axis=1), 0.0)
         self.variance, self.noise = np.concatenate(variance), np.concatenate(noise)
@@ -182,7 +182,7 @@ class Follower:
         self.span = max(float(np.ptp(where[series.new])), 1.0)
         self.time = (where - where[0]) / self.span
         self.columns = [_Column(self.time**power, power) for power in range(3)]
-        self.columns += [_Column(each, size=_EFFECT, kept=False) for each in series.conditions]
+        self.columns += [_Column(name, size=_EFFECT, kept=False) for name in series.conditions]
         self.change, self.off = np.zeros((2, self.fit.variance.size))
         self.alike = 0.0  # correlation of neighbouring records
         self.changes: list[Change] = []
@@ -287,7 +287,7 @@ class Follower:
         columns = np.zeros((2, starts.size, self.power.size))  # a ramp, and a step
         columns[:, :, 0] = -before / (now - before), np.ones(starts.size)
         columns[0, :, 1] = 1.0 / (now - before)
-        ramps, steps = (self.fit.explained(starts, i, each) for each in columns)
+        ramps, steps = (self.fit.explained(starts, i, column) for column in columns)
         speed = (self.fit.mean @ self._rows(i)[1])[self.fit.sought]
         along = np.square(_FASTER * np.outer(now - before, speed))
         free = _SIZE**2 * self.fit.variance[self.fit.sought]

@@ -18,13 +18,13 @@ def modules_of(script: str | Path, *, itself: bool = False) -> list[str]:
     Sorted; those below the working directory are relative to it, so that a project can be moved.
     """
     waiting = [Path(script).resolve()]
-    found = set(waiting if itself else [])
+    modules = set(waiting if itself else [])
     while waiting:
-        new = _imported(waiting.pop()) - found
-        found |= new
+        new = _imported(waiting.pop()) - modules
+        modules |= new
         waiting.extend(new)
     here = Path.cwd()
-    return sorted(str(f.relative_to(here)) if f.is_relative_to(here) else str(f) for f in found)
+    return sorted(str(f.relative_to(here)) if f.is_relative_to(here) else str(f) for f in modules)
 
 
 @cache

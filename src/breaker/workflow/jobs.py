@@ -31,10 +31,10 @@ def chunks_of(numbers: Iterable[int], size: int) -> dict[str, list[int]]:
     >>> chunks_of([1, 2, 3, 4, 11], size=3)
     {'000': [1, 2, 3], '001': [4], '003': [11]}
     """
-    found: dict[str, list[int]] = {}
+    chunks: dict[str, list[int]] = {}
     for number in sorted(set(numbers)):
-        found.setdefault(f"{max(number - 1, 0) // size:03d}", []).append(number)
-    return found
+        chunks.setdefault(f"{max(number - 1, 0) // size:03d}", []).append(number)
+    return chunks
 
 
 def start(job: object) -> logging.Logger:
