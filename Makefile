@@ -87,8 +87,9 @@ test-pythons: $(INSTALLED)
 	$(BIN)/python envs/pythons.py
 
 lint: $(INSTALLED)
-	@echo "== lint: ruff, snakefmt, snakemake --lint"
+	@echo "== lint: ruff, import-linter, snakefmt, snakemake --lint"
 	$(BIN)/ruff check .
+	$(BIN)/lint-imports --no-cache
 	$(BIN)/ruff format --check .
 	$(BIN)/snakefmt --check Snakefile workflow
 	$(BIN)/snakemake --lint

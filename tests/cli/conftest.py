@@ -1,5 +1,7 @@
 """What the tests of the commands share: a folder with records of the reference drive."""
 
+import shutil
+
 import numpy as np
 import pytest
 
@@ -16,12 +18,11 @@ def written(file, prior, *motions, noise_sd=0.1, halts=0):
 
     The drive may halt for some samples half-way through the first.
     """
-    parts = [travel(prior.medians[None], TIME, each, onset=10.0).travel[0] for each in motions]
-    whole = np.concatenate(parts)
-    whole = np.insert(whole, np.full(halts, 160), whole[160])
-    whole = whole + noise_sd * generator(1, "test curve", file.name).standard_normal(whole.size)
-    time = 0.1 * np.arange(whole.size)
-    write_curve(file, time, whole, motion=motions[0], operation=1)
+    parts = [travel(prior.medians[None], TIME, motion, onset=10.0).travel[0] for motion in motions]
+    way = np.concatenate(parts)
+    way = np.insert(way, np.full(halts, 160), way[160])
+    way = way + noise_sd * generator(1, "test curve", file.name).standard_normal(way.size)
+    write_curve(file, 0.1 * np.arange(way.size), way, motion=motions[0], operation=1)
 
 
 @pytest.fixture(autouse=True, scope="module")
@@ -29,16 +30,23 @@ def quick(a_quarter_of_the_draws):
     """Every command here infers."""
 
 
-@pytest.fixture
-def folder(tmp_path, monkeypatch, prior):
-    """An empty place with two closings, an opening, and a record of both; no configuration."""
-    monkeypatch.chdir(tmp_path)
+@pytest.fixture(scope="package")
+def records(tmp_path_factory, prior):
+    """Two closings, an opening, and a record of both; no configuration."""
+    folder = tmp_path_factory.mktemp("records")
     for name, motions in {
         "a.csv": ["closing"],
         "b 2.csv": ["closing"],
         "open.csv": ["opening"],
         "both.csv": ["closing", "opening"],
     }.items():
-        written(tmp_path / name, prior, *motions)
-    (tmp_path / "few.yaml").write_text(FEW, encoding="utf-8")
-    return tmp_path
+        written(folder / name, prior, *motions)
+    (folder / "few.yaml").write_text(FEW, encoding="utf-8")
+    return folder
+
+
+@pytest.fixture
+def folder(records, tmp_path, monkeypatch):
+    """A copy of the records, where the commands run."""
+    monkeypatch.chdir(tmp_path)
+    return shutil.copytree(records, tmp_path, dirs_exist_ok=True)

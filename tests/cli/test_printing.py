@@ -13,18 +13,14 @@ ACTS = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f\u200b-\u200f\u202a-\u202e\u2060
 NASTY = "\x1b[31m\u202e\u200b"
 COMMANDS = [
     "inspect {file}",
-    "infer {file}",
     "infer {file} --config own.yaml",
     "infer {file} --config own.yaml --json",
     "infer {file} --channel {nasty}",
     "compare {file} --today open.csv --config own.yaml",
     "report {file} --output r.html --config own.yaml",
     "inspect records",
-    "inspect records --config own.yaml",
     "fit-prior records --config own.yaml",
     "infer {file} --known mu={nasty}",
-    "learn {nasty}",
-    "infer {nasty}.csv",
 ]
 
 
@@ -50,42 +46,29 @@ def file(folder):
 @pytest.mark.parametrize("command", COMMANDS)
 def test_no_name_acts_on_the_terminal(file, capsys, command):
     capsys.readouterr()
-    words = [each.format(file=file, nasty=NASTY) for each in command.split(" ")]
+    words = [word.format(file=file, nasty=NASTY) for word in command.split(" ")]
     with suppress(SystemExit):  # of wrong options
         main(words)
     out, err = capsys.readouterr()
     assert out + err
-    assert not ACTS.search(out)
-    assert not ACTS.search(err)
+    assert not ACTS.search(out + err)
     if "--json" in words:
         assert json.loads(out)["records"][0]["accepted"]
-
-
-def test_what_is_proposed_on_the_terminal_can_be_used_as_it_is(folder, capsys):
-    """A sign that is not shown would be another one when it is copied."""
-    name = _exported(folder, "b.csv", "Weg\u202e")
-    assert main(["inspect", name]) == 0
-    shown = capsys.readouterr().out.partition(":\n\n")[2]
-    (folder / "own.yaml").write_text(shown, encoding="utf-8")
-    assert main(["infer", name, "--config", "own.yaml", "few.yaml"]) == 0
 
 
 def test_names_that_a_spreadsheet_would_run_are_the_same_after_a_round_trip(folder, capsys):
     name = _exported(folder, "=close.csv", "@Weg", Station="N", Bay="@Q0", Stroke="150 mm")
     assert main(["inspect", name, "--output", "own.yaml"]) == 0
-    capsys.readouterr()
     assert main(["inspect", "records", "--output", "records/operations.csv"]) == 0
-    assert capsys.readouterr().out == "written to records/operations.csv\n"
     with open("records/operations.csv", encoding="utf-8", newline="") as table:
         (row,) = csv.DictReader(table)
     assert [row[key] for key in ("file", "channel", "breaker")] == ["'=close.csv", "'@Weg", "'@Q0"]
-    assert main(["inspect", "records", "--config", "own.yaml"]) == 1  # of openings there are none
-    assert re.search(r"\n@Q0 closing +1 +1 ", capsys.readouterr().out)
+    capsys.readouterr()
     words = ["infer", "records", "--config", "own.yaml", "few.yaml"]
     assert main([*words, "--output", "t.csv", "--json"]) == 0
-    found = json.loads(capsys.readouterr().out.splitlines()[0])["records"][0]
-    assert (found["file"], found["breaker"]) == ("records/=close.csv", "@Q0")
+    (record,) = json.loads(capsys.readouterr().out.splitlines()[0])["records"]
+    assert (record["file"], record["breaker"]) == ("records/=close.csv", "@Q0")
     with open("t.csv", encoding="utf-8", newline="") as table:
         rows = [*csv.DictReader(table)]
-    assert {each["breaker"] for each in rows} == {"'@Q0"}
-    assert not [cell for each in rows for cell in each.values() if cell[:1] in {*"=@+"}]
+    assert {row["breaker"] for row in rows} == {"'@Q0"}
+    assert not [cell for row in rows for cell in row.values() if cell[:1] in {*"=@+"}]

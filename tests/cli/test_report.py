@@ -9,9 +9,10 @@ import yaml
 from matplotlib.image import imread
 
 from breaker.cli import main
-from tests.exports import write
+from breaker.diagnosis.limits import simultaneity_of
+from tests.exports import pole, write
 
-EXPORT = {"endurance": {"draws": 50, "format": {"time_column": None, "rate": 5.0}}}
+FORM = {"time_column": None, "rate": 5.0}
 LIMITS = [
     {"name": "slow", "motion": "closing", "of": "record", "upper": {"travel_time": 30.0}},
     {"name": "short", "motion": "closing", "quantity": "stroke", "reference": 175, "tolerance": 6},
@@ -19,18 +20,35 @@ LIMITS = [
 ]
 
 
-@pytest.fixture
-def visit(tmp_path, monkeypatch):
-    """A C-O of three channels with cross-talk on three more, that before, and a configuration."""
-    monkeypatch.chdir(tmp_path)
+def settings(name, form=(), **sections):
+    """Write a configuration of exports."""
+    endurance = {"draws": 50, "format": FORM | dict(form)}
+    with open(name, "w", encoding="utf-8") as file:
+        yaml.safe_dump({"endurance": endurance, **sections}, file)
+    return ["--config", name]
+
+
+@pytest.fixture(scope="module")
+def exports(tmp_path_factory):
+    """A C-O of three channels with cross-talk on three more, and an earlier one."""
+    folder = tmp_path_factory.mktemp("exports")
     for seed, name in enumerate(("today.csv", "before.csv")):
-        write(name, rate=5.0, seed=seed, motions=("closing", "opening"), unused="cross")
-    (tmp_path / "my.yaml").write_text(yaml.safe_dump(EXPORT | {"limits": LIMITS}))
+        motions = ("closing", "opening")
+        write(folder / name, rate=5.0, seed=seed, motions=motions, unused="cross")
+    return folder
+
+
+@pytest.fixture
+def inspection(exports, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    for file in exports.iterdir():
+        (tmp_path / file.name).write_bytes(file.read_bytes())
+    settings("my.yaml", limits=LIMITS)
     return tmp_path
 
 
-def report(*arguments):
-    return main(["report", *arguments, "--config", "my.yaml"])
+def report(*arguments, config="my.yaml"):
+    return main(["report", *arguments, "--config", config])
 
 
 def page_of(name="a.html"):
@@ -38,42 +56,39 @@ def page_of(name="a.html"):
         return file.read()
 
 
-def test_a_report_has_every_channel_and_verdict(visit, capsys):
-    beside = ["--before", "before.csv", "--reference", "before.csv"]
-    assert report("today.csv", *beside, "--output", "a.html") == 0
+def test_a_report_has_every_channel_and_verdict_and_a_pdf_is_that_page(
+    inspection, capsys, weasyprint
+):
+    earlier = ["--before", "before.csv", "--reference", "before.csv"]
+    (inspection / "a.pdf").write_bytes(b"%PDF-")  # a report replaces a report
+    for name in ("a.html", "a.pdf"):
+        assert report("today.csv", *earlier, "--output", name) == 0
     assert capsys.readouterr().out.startswith("FAIL: slow")
+    page = page_of()
+    assert (inspection / "a.pdf").read_bytes() == b"%PDF-" + page.encode()
     # A channel, the range of a limit, what stands above the samples, and points of speeds.
     limit = "<td>stroke from 169 up to 181</td>"
     for text in ("<th>B</th>", limit, "North 400 kV", "from 40 to 80 % of stroke"):
-        assert text in page_of()
-    assert "Travel 4" not in page_of()
-    assert page_of().count("data:image/png;base64,") == 5  # travel, signals, difference
-    assert "closing_speed" not in page_of()
-
-
-def test_the_same_call_writes_the_same_page_and_a_pdf_is_that_page(visit, weasyprint):
-    (visit / "a.pdf").write_bytes(b"%PDF-")  # a report replaces a report
-    for name in ("a.html", "b.html", "a.pdf"):
-        assert report("today.csv", "--output", name) == 0
-    page = (visit / "a.html").read_bytes()
-    assert (visit / "b.html").read_bytes() == page
-    assert (visit / "a.pdf").read_bytes() == b"%PDF-" + page
+        assert text in page
+    assert "Travel 4" not in page
+    assert page.count("data:image/png;base64,") == 5  # travel, signals, difference
+    assert "closing_speed" not in page
 
 
 def test_a_pdf_without_weasyprint_or_its_library_is_refused_with_the_extra(
-    visit, no_weasyprint, monkeypatch, capsys
+    inspection, no_weasyprint, monkeypatch, capsys
 ):
     assert report("today.csv", "--output", "a.pdf") == 1
     assert "breaker-drive[pdf]" in capsys.readouterr().err
     monkeypatch.delitem(sys.modules, "weasyprint")
-    (visit / "weasyprint.py").write_text("raise OSError('no Pango')\n")
-    monkeypatch.syspath_prepend(str(visit))
+    (inspection / "weasyprint.py").write_text("raise OSError('no Pango')\n")
+    monkeypatch.syspath_prepend(str(inspection))
     assert report("today.csv", "--output", "a.pdf") == 1
     assert "breaker-drive[pdf]" in capsys.readouterr().err
-    assert not (visit / "a.pdf").exists()
+    assert not (inspection / "a.pdf").exists()
 
 
-def test_a_value_that_the_analyser_printed_otherwise_has_a_note(visit):
+def test_a_value_that_the_analyser_printed_otherwise_has_a_note(inspection):
     results = {"Stroke (mm)": [178.0, 182.0, 178.7], "Closing Velocity (m/s)": [4.1, 4.1, 4.4]}
     results["Over Travel (mm)"] = [1.0, 1.0, 1.0]  # which makers count in other ways
     write("today.csv", rate=5.0, results=results)
@@ -81,55 +96,51 @@ def test_a_value_that_the_analyser_printed_otherwise_has_a_note(visit):
     assert re.findall(r"relative to the printed ([\d.]+)\.", page_of()) == ["182", "4.4"]
 
 
-@pytest.mark.parametrize("name", ["a.csv", "my.yaml", "today.csv"])
-def test_a_report_replaces_nothing_else(visit, name, capsys):
-    assert report("today.csv", "--output", name) == 1
-    assert capsys.readouterr().err.startswith("breaker: ")
-
-
-def test_a_file_that_cannot_be_used_is_named(visit, capsys):
+def test_files_that_cannot_be_used_or_are_of_another_breaker_are_named(inspection, capsys):
     write("today.csv", rate=5.0, channels=1)
-    (visit / "odd.csv").write_text("no numbers\n")
-    assert report("today.csv", "odd.csv", "--output", "a.html") == 0
-    assert "odd.csv" in page_of()
-    (visit / "empty").mkdir()
-    for call in (["odd.csv"], ["today.csv", "--before", "gone.csv"], ["empty"]):
-        capsys.readouterr()
+    write("other.csv", rate=5.0, channels=1, seed=7, serial="X", bay="Bay 9")
+    (inspection / "odd.csv").write_text("no numbers\n")
+    (inspection / "empty").mkdir()
+    for call, named in (
+        (["odd.csv"], "odd.csv"),
+        (["today.csv", "--before", "gone.csv"], "gone.csv"),
+        (["empty"], "empty"),
+        (["today.csv", "other.csv"], "HV-20417"),
+    ):
         assert report(*call, "--output", "b.html") == 1
-        assert call[-1] in capsys.readouterr().err
-        assert not (visit / "b.html").exists()
+        assert named in capsys.readouterr().err
+        assert not (inspection / "b.html").exists()
+    one = settings("one.yaml", {"travel_column": "Travel 1"})[1]
+    call = ["today.csv", "odd.csv", "--before", "other.csv", "--output", "a.html"]
+    assert report(*call, config=one) == 0
+    assert "odd.csv" in page_of()
+    assert re.search("WARNING: [^<]*HV-20417[^<]*Bay 9", page_of())
 
 
-def test_the_entry_of_a_type_counts_for_its_drives(visit, capsys):
+def test_the_entry_of_a_type_counts_for_its_drives(inspection, capsys):
     """LTB 420 stands in the files: limits and reference are those of its entry, or of --type."""
     entry = {"limits": {"closing stroke": ["200 mm", None]}, "reference": "before.csv"}
-    (visit / "types.yaml").write_text(yaml.safe_dump({"ltb-420": entry, "other": {}}))
-    (visit / "with.yaml").write_text(yaml.safe_dump(EXPORT | {"types": "types.yaml"}))
-    call = ["report", "today.csv", "--config", "with.yaml", "--output"]
-    assert main([*call, "a.html"]) == 0
+    (inspection / "types.yaml").write_text(yaml.safe_dump({"ltb-420": entry, "other": {}}))
+    config = settings("with.yaml", {"travel_column": "Travel 1"}, types="types.yaml")[1]
+    assert report("today.csv", "--output", "a.html", config=config) == 0
     assert "closing stroke by type" in capsys.readouterr().out
-    assert main([*call, "b.html", "--type", "other"]) == 0
+    other = ["--type", "other"]
+    assert report("today.csv", "--output", "b.html", *other, config=config) == 0
     assert "by type" not in capsys.readouterr().out
-    with_reference, without = ((visit / e).read_bytes() for e in ("a.html", "b.html"))
-    assert len(with_reference) > len(without)
-    assert main([*call, "c.html", "--type", "GL 314"]) == 1
+    assert len(page_of("a.html")) > len(page_of("b.html"))  # with the reference
+    assert report("today.csv", "--output", "c.html", "--type", "GL 314", config=config) == 1
     err = capsys.readouterr().err
     assert "GL 314" in err
     assert "ltb-420, other" in err
-    infer = ["infer", "today.csv", "--channel", "Travel 1", "--json", "--config", "with.yaml"]
-    assert main(infer) == 0
-    assert "closing stroke by type" in capsys.readouterr().out
 
 
 def test_infer_lays_records_over_a_good_one(folder, capsys):
     call = ["infer", "a.csv", "--reference", "b 2.csv", "--config", "few.yaml"]
-    assert main([*call, "--plot", "over.png"]) == 0
+    assert main([*call, "--plot", "over.png", "--json", "--tolerance", "0.1"]) == 0
     assert imread("over.png").size
-    capsys.readouterr()
-    assert main([*call, "--json", "--tolerance", "0.1"]) == 0
-    (found,) = json.loads(capsys.readouterr().out)["reference"]
-    assert (found["motion"], found["share"]) == ("closing", pytest.approx(0.001))
-    assert found["leaves"]
+    (reference,) = json.loads(capsys.readouterr().out)["reference"]
+    assert (reference["motion"], reference["share"]) == ("closing", pytest.approx(0.001))
+    assert reference["leaves"]
     for option, value, named in (
         ("--reference", "open.csv", "closing"),
         ("--reference", "none.csv", "none.csv"),
@@ -142,58 +153,81 @@ def test_infer_lays_records_over_a_good_one(folder, capsys):
 # ---- what files state against how they are read -------------------------------------------------
 
 
-def settings(name, **more):
-    """A configuration of exports without limits."""
-    form = {"time_column": None, "travel_column": "Travel 1", "rate": None} | more
-    with open(name, "w", encoding="utf-8") as file:
-        yaml.safe_dump({"endurance": {"draws": 50, "format": form}}, file)
-    return ["--config", name]
-
-
-def test_a_rate_that_the_file_contradicts_is_refused_and_a_stated_one_taken(visit, capsys):
-    assert main(["infer", "today.csv", "--json", *settings("none.yaml")]) == 0
-    found = json.loads(capsys.readouterr().out)
-    assert found["warnings"] == []
-    assert any("rate" in remark["text"] for remark in found["records"][0]["remarks"])
-    wrong = settings("wrong.yaml", rate=10.0)
+def test_a_rate_that_the_file_contradicts_is_refused_and_a_stated_one_taken(inspection, capsys):
+    one = {"travel_column": "Travel 1"}
+    assert main(["infer", "today.csv", "--json", *settings("none.yaml", one | {"rate": None})]) == 0
+    result = json.loads(capsys.readouterr().out)
+    assert result["warnings"] == []
+    assert any("rate" in remark["text"] for remark in result["records"][0]["remarks"])
+    wrong = settings("wrong.yaml", one | {"rate": 10.0})
     for command in (["infer", "today.csv"], ["report", "today.csv", "--output", "a.html"]):
         assert main([*command, *wrong]) == 1
-        out, err = capsys.readouterr()
-        assert "5 kHz" in out + err
-        assert "10 kHz" in out + err
-    (visit / "own").mkdir()
-    (visit / "today.csv").rename(visit / "own/today.csv")
+        message = "".join(capsys.readouterr())
+        assert "5 kHz" in message
+        assert "10 kHz" in message
+    (inspection / "own").mkdir()
+    (inspection / "today.csv").rename(inspection / "own/today.csv")
     table = "file,motion,operation,rate\ntoday.csv,closing,1,5.5\n"
-    (visit / "own/operations.csv").write_text(table)
-    assert main(["infer", "own", *settings("none.yaml")]) == 0
+    (inspection / "own/operations.csv").write_text(table)
+    assert main(["infer", "own", "--config", "none.yaml"]) == 0
     out = " ".join(capsys.readouterr().out.split())
     assert out.startswith("WARNING: own/today.csv states 5 kHz")
 
 
-def test_another_breaker_is_refused_in_a_report_and_warned_of_between_visits(visit, capsys):
-    write("today.csv", rate=5.0, channels=1)
-    write("other.csv", rate=5.0, channels=1, seed=7, serial="X", bay="Bay 9")
-    assert report("today.csv", "other.csv", "--output", "a.html") == 1
-    assert "HV-20417" in capsys.readouterr().err
-    one = settings("one.yaml")
-    assert main(["report", "today.csv", "--before", "other.csv", "--output", "a.html", *one]) == 0
-    assert re.search("WARNING: [^<]*HV-20417[^<]*Bay 9", page_of())
-
-
-def test_a_time_at_the_estimated_contact_gets_no_verdict(visit, capsys):
+def test_a_time_at_the_estimated_contact_gets_no_verdict(inspection, capsys):
     limits = [{"quantity": "closing_time", "reference": 60, "tolerance": 10}]
     limits.append({"quantity": "bounce_time", "reference": 1, "tolerance": 1})
-    (visit / "limits.yaml").write_text(yaml.safe_dump({"limits": limits}))
-    call = ["infer", "today.csv", "--json", "--motion", "closing", "--config"]
-    none = {"contact_column": "Aux 1"}  # in which no contact is seen
-    one = settings("one.yaml", trigger_column="Coil 1 (A)", **none)[1]
-    assert main([*call, one, "limits.yaml"]) == 0
-    (found,) = json.loads(capsys.readouterr().out)["records"]
-    assert found["quantities"]["closing_time"].get("source") in ("mixed", None)
-    assert found["quantities"]["reaction_time"]["source"] == "measured"
-    limit, _ = found["limits"]
+    call = ["infer", "today.csv", "--json", "--motion", "closing"]
+    one = {"travel_column": "Travel 1", "rate": None}
+    unseen = one | {"contact_column": "Aux 1", "trigger_column": "Coil 1 (A)"}
+    records = []
+    for form in (unseen, one):  # no contact is seen, and columns of the travel
+        assert main([*call, *settings("one.yaml", form, limits=limits)]) == 0
+        records += json.loads(capsys.readouterr().out)["records"]
+    estimated, measured = records
+    assert estimated["quantities"]["closing_time"].get("source") in ("mixed", None)
+    assert estimated["quantities"]["reaction_time"]["source"] == "measured"
+    limit, _ = estimated["limits"]
     assert (limit["verdict"], limit["reason"]["code"]) == ("inconclusive", "no-contact-channel")
-    assert main([*call, settings("both.yaml")[1], "limits.yaml"]) == 0  # columns of the travel
-    (found,) = json.loads(capsys.readouterr().out)["records"]
-    assert found["quantities"]["closing_time"]["source"] == "measured"
-    assert [each["verdict"] for each in found["limits"]] == ["pass", "pass"]  # 0 is no less than 0
+    assert measured["quantities"]["closing_time"]["source"] == "measured"
+    assert [each["verdict"] for each in measured["limits"]] == ["pass", "pass"]  # 0 <= 0
+
+
+# ---- poles in files of their own ----------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("most", "verdict"), [(0.01, "inconclusive"), (5.0, "pass")])
+def test_poles_in_files_of_their_own_stand_side_by_side(inspection, most, verdict):
+    """A limit of simultaneity below what contacts are known to is inconclusive."""
+    for k, phase in enumerate("RYB"):
+        pole(f"{k}.csv", phase, k, clock=f"10:42:1{k}", trip=30.0 + 4 * k)
+    columns = ("travel_column", "contact_column", "trigger_column")
+    form = dict(zip(columns, ("Travel 1", "Contact 1", "Coil 1 (A)"), strict=True))
+    config = settings("poles.yaml", form, report={"simultaneity": {"closing": most}})[1]
+    assert report("0.csv", "1.csv", "2.csv", "--output", "a.html", config=config) == 0
+    page = page_of()
+    assert page.count("<th>± 95 %</th>") == 1
+    assert "<th>R</th><th>Y</th><th>B</th>" in page
+    assert f"{verdict}: simultaneity closing" in page
+    # Each file has the coil later by 4 ms: that is no difference of poles.
+    touch = re.search(r"simultaneity of the touch: ([\d.]+) ± [\d.]+ ms, \w first", page)
+    assert float(touch[1]) < 0.5
+    assert "2021-03-14 10:42:10, 2021-03-14 10:42:11" in page
+
+
+@pytest.mark.parametrize(
+    ("apart", "verdict"),
+    [(4.6, "pass"), (4.9, "inconclusive"), (5.1, "inconclusive"), (5.4, "fail")],
+)
+def test_simultaneity_is_judged_where_its_interval_is_on_one_side_of_the_limit(apart, verdict):
+    """Two contacts, known to 0.1 ms each: 95 % of 0.28 ms."""
+
+    def of(phase, touch):
+        fit = {"contact_time": touch, "contact_sd": 0.1, "first_motion": 0.0}
+        return {"motion": "closing", "operation": 1, "phase": phase, "file": "1", "fit": fit}
+
+    poles = [of("R", 3.0), of("Y", 3.0 + apart), of("B", 3.1)]
+    result = simultaneity_of(poles, {"closing": 5.0, "opening": 3.3})
+    assert result["verdict"] == verdict
+    assert (result["first"], result["last"], result["value"]) == ("R", "Y", pytest.approx(apart))
+    assert "verdict" not in simultaneity_of(poles, {"closing": None})

@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from breaker.diagnosis.curves import Overlay, Panel, overlaid
+from breaker.diagnosis.curves import Panel, overlaid
 from breaker.diagnosis.estimate import Given
 from breaker.figures import style
-from breaker.figures.records import answer, overlay
+from breaker.figures.records import answer
 from breaker.figures.reports import curves
 from breaker.model.parameters import NAMES
 from breaker.records.currents import Currents
@@ -18,9 +18,10 @@ from tests.figures.drawn import assert_drawn, line_of
 NAME = "North_400_kV_Bay_4_circuit_breaker_Q0_closing_after_overhaul_of_drive_and_linkage.csv"
 
 
-@pytest.mark.parametrize("change", [{}, {"misfit": True, "draws": None}])
-@pytest.mark.parametrize("places", [[0], [0, 1, 2, 3]])
-def test_an_answer_has_each_motion_next_to_the_nearest_shape(answers, change, places):
+@pytest.mark.parametrize(
+    ("places", "change"), [([0, 1, 2, 3], {}), ([0], {"misfit": True, "draws": None})]
+)
+def test_an_answer_has_each_motion_next_to_the_nearest_shape(answers, places, change):
     """A record that was rejected has none."""
     some = [replace(answers[k], **change) for k in places]
     figure = answer(some, Given().sample_prior(some[0], 200, np.random.default_rng(1)))
@@ -62,7 +63,7 @@ def keys(figure):
     return {text.get_text() for text in figure.legends[0].get_texts()}
 
 
-@pytest.mark.parametrize("channels", [1, 3, 6])
+@pytest.mark.parametrize("channels", [1, 6])
 def test_pictures_have_all_channels_in_panels_of_60_mm(answers, channels):
     phases = [f"travel of the interrupter unit $ {k}" for k in range(channels)]
     some = [channel(answers[0], phase, ["trigger", "contact"], 1.0) for phase in phases]
@@ -92,13 +93,3 @@ def test_the_legend_names_what_is_drawn_and_no_more(answers, timed):
     assert len(keys(bare)) == 5  # channel, motion, touch, points, rests
     assert len(keys(more) - keys(bare)) == 2  # touch as measured, reference
     assert len(keys(signals)) == 2
-
-
-def test_six_records_over_a_good_one_have_two_panels_each():
-    time = np.linspace(-20.0, 80.0, 201)
-    way = 178.0 * np.clip(time / 50.0, 0.0, 1.0)
-    rest = time, way, 0.97 * way, 8.9, 0.05, (40.0, 9.0), (60.0, 9.3)
-    names = [("closing", f"unit {k}", NAME, f"visits/{NAME}") for k in range(6)]
-    figure = overlay([Overlay(1, *each, *rest) for each in names])
-    assert len(figure.axes) == 12
-    assert_drawn(figure)

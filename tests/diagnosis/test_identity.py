@@ -1,7 +1,6 @@
 """Statements of files: copies, breakers, dates, phases, and poles of one operation."""
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -9,7 +8,6 @@ import pytest
 from breaker.diagnosis.estimate import DriveRecord
 from breaker.diagnosis.identity import check_phases, days_of, doubts_about, order_doubts
 from breaker.diagnosis.reading import without_copies
-from breaker.records.file_names import number_poles
 from breaker.records.header import Header
 from breaker.records.operations import Operation
 from tests.raws import raw_of
@@ -62,20 +60,6 @@ def test_no_day_of_an_inspection_is_left_out():
     assert days_of([record(1)]) == ""
 
 
-@pytest.mark.parametrize(
-    ("files", "numbers"),
-    [
-        ([("R", "2021-03-14"), ("Y", "2021-03-14")], [1, 1]),
-        ([("R", "2021-03-14"), ("Y", "2021-03-15")], [1, 2]),
-        ([("R", ""), ("Y", ""), ("R", ""), ("Y", "")], [1, 1, 2, 2]),
-        ([("", "2021-03-14"), ("", "2021-03-14")], [1, 2]),
-    ],
-)
-def test_files_of_one_operation_are_of_one_day_and_of_other_phases(files, numbers):
-    listed = {Path(str(k)): ([*phase], day) for k, (phase, day) in enumerate(files)}
-    assert [*number_poles(listed).values()] == numbers
-
-
 def both(before, today):
     """Records of two inspections, by their phases."""
     return {
@@ -108,13 +92,3 @@ def test_records_of_other_phases_are_never_compared(before, today, code):
     assert [sentence.values[name] for name in ("before", "today")] == [
         ", ".join(sorted(filter(None, phases))) or "no phase" for phases in (before, today)
     ]
-
-
-def test_channels_without_a_phase_are_not_compared():
-    some = [
-        replace(each, operation=replace(each.operation, channel=f"Travel {k}"))
-        for k, each in enumerate([record(1), record(2)])
-    ]
-    with pytest.raises(ValueError, match="phase") as caught:
-        check_phases({"before": some, "today": some})
-    assert caught.value.args[0].code == "phases-needed"

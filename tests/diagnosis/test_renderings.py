@@ -14,7 +14,6 @@ from breaker.common.document import (
     Section,
     Table,
     html_page,
-    lines_of,
     text_of,
 )
 from breaker.common.plain_values import Plain, plainly, to_json
@@ -50,15 +49,6 @@ def test_no_word_is_markup_or_a_sign_that_a_page_obeys(inner):
     assert page.count(r"&amp;amp;\u202e\u200b\x1b") >= 4
 
 
-def test_a_printed_page_is_a4_with_letters_of_9_pt_and_rows_that_do_not_break():
-    html = html_page(REPORT)
-    style = html.partition("<style>")[2].partition("</style>")[0]
-    assert re.search(r"@page \{[^@]*size: A4", style)
-    assert re.search(r"\btr\b[^{]*\{ break-inside: avoid", style.partition("@media print")[2])
-    assert min(map(float, re.findall(r"([\d.]+)pt", style))) >= 9.0
-    assert "@media" not in html_page(REPORT, inner="report")
-
-
 def test_a_page_has_words_for_names():
     notes = ["no touch_time of my_file.csv"]
     table = Table(rows=[("touch_time", "1")], notes=notes)
@@ -80,16 +70,6 @@ def test_remarks_and_lines_to_sign_stay_together_on_a_page():
     assert "After &lt;overhaul&gt;" in ending
     assert "<td>tested by: name, date</td>" in ending
     assert html.count("data:image/png;base64,") == 2
-
-
-def test_a_last_column_without_a_width_is_wrapped_and_others_are_as_wide_as_they_need_to_be():
-    table = Table(rows=[("a", "word " * 30), ("b", "")], form="  {:<6} {}")
-    first, second, last = lines_of(table)
-    assert max(map(len, (first, second))) <= 100
-    assert second.startswith(" " * 9 + "word")
-    assert last == "  b"
-    table = Table(("", "records"), [("closing", "11"), ("o", "2")])
-    assert lines_of(table) == ["         records", "closing       11", "o              2"]
 
 
 def test_json_leaves_out_what_is_none_by_default():

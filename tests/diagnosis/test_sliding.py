@@ -20,12 +20,6 @@ def limit(name, bound):
     return Limit.from_settings({"name": name, "motion": "closing", "upper": {name: bound}})
 
 
-def test_a_short_stroke_tells_its_touch(answers):
-    (entry,) = result_of(answers[:1])["records"]
-    assert entry["quantities"]["touch_time"]["median"] > 0.0
-    assert entry["parameters"]["L"]["median"] > 0.0
-
-
 def test_a_long_one_withholds_it_everywhere(answers):
     answer = long(answers[0])
     verdicts = judged(answer, [limit("touch_time", 50.0), limit("L", 500.0)], seed=1)

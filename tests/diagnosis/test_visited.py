@@ -6,10 +6,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from breaker.common.document import text_of, tone_of
-from breaker.diagnosis.changes import Pair, QuantityChange, compare, mean_error, measured_changes
+from breaker.common.document import text_of
+from breaker.diagnosis.changes import Pair, QuantityChange, compare, measured_changes
 from breaker.diagnosis.explanations import Explanation
-from breaker.diagnosis.inspection_change import change_tables, inspection_change, words_of_change
+from breaker.diagnosis.inspection_change import inspection_change, words_of_change
 from breaker.family.inputs import Basis
 from breaker.family.membership import PARTS, Match
 from breaker.family.shape import SHAPE_TIMES
@@ -18,7 +18,7 @@ from breaker.model.parameters import MOTIONS, NAMES
 from breaker.model.quantities import speeds_of
 from breaker.records.contacts import ContactTimes
 from breaker.records.currents import Currents
-from tests.raws import raw_of, smooth
+from tests.raws import smooth
 
 SPEEDS = speeds_of({"closing_speed_mean": ["10 % of stroke", "90 % of stroke"]})
 WEAKER = [
@@ -134,20 +134,6 @@ def test_changed_parameters_follow_measured_changes():
     assert "0.0 to 0.0" not in text_of(words_of_change(found))
 
 
-@pytest.mark.parametrize(("fits", "family_of", "used"), [(1e-4, "second", 3), (0.9, "first", 1)])
-def test_the_first_family_that_fits_both_inspections_answers(fits, family_of, used):
-    """A further one is opened only where records are unusual."""
-    opened = []
-
-    def families():
-        for each in (family("first", fits), family("second", 0.1), family("third")):
-            opened.append(each)
-            yield each
-
-    found = compare(Pair.of(records(), records()), families(), np.random.default_rng(1))
-    assert (found.family, len(opened)) == (family_of, used)
-
-
 @pytest.mark.parametrize(
     ("networks", "longer", "state"),
     [
@@ -170,12 +156,6 @@ def test_parameters_are_estimated_or_a_reason_says_why_not(networks, longer, sta
     if longer:
         assert "closing today" in found.limitations[0].values["outside"]
         assert "before" not in found.limitations[0].values["outside"]
-
-
-def test_different_statements_of_files_are_a_difference():
-    found = document(family(f=0.9), differences=["the bay was A and is B"])
-    assert (found.state, inferred(found), found.reported) == ("different_setup", {}, [])
-    assert codes(found.warnings) == ["different-setup-check"]
 
 
 @pytest.mark.parametrize(
@@ -221,15 +201,6 @@ def test_limits_are_judged_by_the_later_inspection_and_come_first():
     assert text_of(words_of_change(found))
 
 
-def test_a_report_has_a_table_of_each_phase():
-    found = document(family(f=0.9), today=records(slow=1.15))
-    first, second = change_tables({"A": found, "B": "no channel B"})
-    assert len(first.rows) > len(found.measured)
-    assert (second.rows, second.notes) == ((), ["no channel B"])
-    tones = {cells[0]: tone_of(cells[4]) for cells in first.rows if not isinstance(cells, str)}
-    assert tones["travel time (closing)"] == "bad"
-
-
 def test_measured_changes_are_those_of_means():
     rng = np.random.default_rng(6)
     before = {"closing": [smooth(rng, noise=2e-4)]}
@@ -246,26 +217,3 @@ def test_measured_changes_are_those_of_means():
     assert (stroke.changed, stroke.p_worse) == (True, None)
     assert not rows["travel_time"].changed
     assert rows["closing_speed_mean"].p_worse > 0.9
-
-
-def test_an_over_travel_changes_in_shares_of_itself_and_a_late_touch_is_worse():
-    rng, time = np.random.default_rng(7), np.arange(0.0, 80.0, 0.1)
-
-    def inspection(over, touch):
-        rise = np.clip((time - 20.0) / 15.0, 0.0, 1.0)
-        way = rise**2 * (3.0 - 2.0 * rise) + over * np.exp(-np.square((time - 40.0) / 3.0))
-        raw = raw_of(80.0 * way + 0.02 * rng.standard_normal(time.size), 0.1, 19.0)
-        return {"closing": [replace(raw, contact=ContactTimes(touch, 0.1))]}
-
-    rows = measured_changes(Pair.of(inspection(0.2, 29.0), inspection(0.1, 31.0)), SPEEDS)
-    touch, over = (next(e for e in rows if e.name == f) for f in ("touch_time", "over_travel"))
-    assert over.change[1] == pytest.approx(-50.0, abs=0.5)
-    assert (over.changed, over.p_worse) == (True, pytest.approx(0.0, abs=0.01))
-    assert touch.p_worse == pytest.approx(1.0 - touch.p_unchanged, abs=1e-3)
-    assert touch.is_worse
-
-
-def test_means_are_known_no_better_than_their_readings():
-    """However little 40 readings scatter, their stated sd counts."""
-    readings = np.tile([1.0, 0.3], (40, 1))
-    assert mean_error([readings, readings], "stroke", 1.0) == pytest.approx(0.3 * np.sqrt(2 / 40))

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from breaker.configuration.definitions import family_of
-from breaker.family import drive_family as families
 from breaker.family.drive_family import Family
 from breaker.model.parameters import NAMES
 from breaker.model.prior import Prior
@@ -67,18 +66,6 @@ def test_a_drive_that_does_not_hold_is_drawn_again(prior, family):
     weak = Family(Prior(medians, prior.log_sds), family.settings)
     rng = np.random.default_rng(2)
     assert all(weak.new(rng).holds for _ in range(50))
-
-
-def test_a_family_of_which_no_drive_holds_is_explained(prior, family, monkeypatch):
-    monkeypatch.setattr(families, "TRIES", 20)
-    ranges = family.settings["effects"] | {"opening_preload": [5.0, 6.0]}
-    rng = np.random.default_rng(7)
-    with pytest.raises(RuntimeError):
-        Family(prior, family.settings | {"effects": ranges}).new(rng)
-    wear = family.settings["wear"] | {"change": {"f": [-0.99, -0.9]}, "elements": [0, 0]}
-    wear |= {"parameters": [1, 1]}
-    with pytest.raises(RuntimeError):
-        Family(prior, family.settings | {"wear": wear}).worn(family.new(rng), rng)
 
 
 def test_wear_is_a_mixture_within_its_ranges(family):

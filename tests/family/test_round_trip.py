@@ -10,7 +10,6 @@ from breaker.common.randomness import generator
 from breaker.family.exports import LAYOUTS, through_files
 from breaker.model.curves import travel
 from breaker.model.parameters import MOTIONS, NAMES
-from breaker.records.settings import FORMAT
 from studies import layouts
 
 CURVES = 60
@@ -36,10 +35,6 @@ def tail(sensor, motion, measured, truth):
     return np.minimum(chi2.cdf(square, sensor.samples), chi2.sf(square, sensor.samples))
 
 
-def test_the_format_is_the_default_of_the_configuration(defaults):
-    assert defaults["endurance"]["format"] == FORMAT
-
-
 def test_records_are_those_of_the_truth(through, sensor):
     motion, measured, truth = through
     assert measured.shape == (CURVES, sensor.samples)
@@ -62,27 +57,9 @@ def test_a_wrong_truth_would_be_noticed(through, sensor, fault):
     assert tail(sensor, motion, measured, truth).min() < FALSE_ALARM / (2 * CURVES)
 
 
-def test_the_onset_is_small_against_its_prior(through, sensor):
-    _, _, truth = through
-    # The reader's first motion is off by 0.06 ms, sd 0.12 ms (tests of first_motion), and its
-    # rounding to a sample of 0.1 ms by up to 0.05 ms.
-    assert abs(truth[:, -1].mean()) < 0.12  # 4 standard errors away: below 1e-4
-    assert 0.05 < truth[:, -1].std() < 0.5 * sensor.onset_sd
-
-
-def test_the_same_generator_gives_the_same_records(prior, sensor):
-    one = {"comma": LAYOUTS["comma"]}
-    first, again, other = (
-        through_files(prior, sensor, "opening", 5, generator(8, "test turns"), each)
-        for each in (LAYOUTS, LAYOUTS, one)
-    )
-    np.testing.assert_array_equal(again[0], first[0])
-    np.testing.assert_array_equal(other[1][:, :7], first[1][:, :7])
-
-
 # Rates of which the grid's 2.5 kHz is a whole fraction. At others samples are moved, which takes a
 # part of their noise; slower ones leave times of the grid without a sample.
-@pytest.mark.parametrize("rate", [2.5, 5.0, 25.0, 100.0])
+@pytest.mark.parametrize("rate", [5.0, 100.0])
 def test_other_rates(prior, sensor, rate):
     rng, wide = generator(8, "test rates", int(10 * rate)), LAYOUTS["wide"]
     other = {"other": wide._replace(rate=rate, settings={**wide.settings, "rate": rate})}

@@ -59,18 +59,6 @@ def test_without_wear_nothing_changes_and_a_change_back_is_the_reverse(networks,
     assert (y[worn, 7:] != 0.0).any()
 
 
-def test_a_curve_that_no_record_shows_is_not_there(networks, bank):
-    still = bank.isel(drive=slice(4)).copy(deep=True)
-    still["shape"][1, :, 0] = 14564  # at rest from end to end
-    x, _, there, _ = rows_of("levels", still, networks["levels"]).unscaled(
-        np.arange(4), np.random.default_rng(1), BOTH
-    )
-    assert np.isfinite(x).all()
-    assert not there[1, 7:9].any()
-    assert there[1, 9:].all()
-    assert there[[0, 2, 3]].all()
-
-
 @pytest.mark.parametrize("source", [*MOTIONS, "both"])
 def test_shipped_networks_cover_drives_they_have_not_seen(rows, networks, source):
     """90 % intervals of 160 drives contain at least 80 %: fewer have a probability below 1e-4 each.

@@ -73,16 +73,6 @@ def test_a_measured_quantity_is_in_units_of_its_scatter(count, sd):
     assert reading.common == sd
 
 
-def test_the_noise_of_the_new_mean_and_coordinates_that_do_not_depend_on_later_records(seen):
-    motion, curve = seen
-    one = curve.input_noise(np.ones(curve.variance.size))
-    assert curve.noise == pytest.approx(one / np.sqrt(199), rel=0.01)
-    every = curve.project(motion.way, motion.present)
-    for count in (2, 7, 60, 333):
-        some = curve.project(motion.way[:count], motion.present[:count])
-        np.testing.assert_array_equal(some, every[:count])
-
-
 def test_records_of_an_inspection_share_an_error():
     series = replace(a_series(sd=0.05), inspections=np.arange(N) // 4)
     coordinates = Coordinates.of(series, BASES)

@@ -43,11 +43,6 @@ def test_wear_that_may_become_faster_shortens_the_early_end():
     assert np.ptp(forecast(1.0, 0.002, sd=0.6).remaining) > 5.0 * np.ptp(steady.remaining)
 
 
-def test_a_change_that_is_not_known_leads_nowhere_for_sure():
-    assert forecast(0.5, 1e-3, sd=0.6).p_nearer[0] < 0.95
-    assert forecast(-0.5, 1e-3).p_nearer[0] == 0.0
-
-
 def test_changes_come_as_often_in_any_unit_of_operations():
     turns, faster = Future(changes=1.5).turns(np.array([500.0, 1000.0]), 1000, 1)
     np.testing.assert_allclose(turns[1], 2.0 * turns[0])

@@ -95,7 +95,7 @@ def test_limits_are_judged_by_what_they_are_read_from(life):
     assert life.new.values[1] == 0.0
 
 
-@pytest.mark.parametrize("count", [NEW, NEW + 49, NEW + 50])
+@pytest.mark.parametrize("count", [NEW + 49, NEW + 50])
 def test_nothing_is_told_before_enough_records(count):
     """Of what is new, and then 50: as many as settle."""
     life = told(first(count))
@@ -128,14 +128,6 @@ def test_a_drive_of_no_family_or_of_one_motion_is_followed():
     assert both.attrs["agreement"] < 0.01  # one motion is worn, the other is not
     assert (both.attrs["family"], one.attrs["agreement"]) == ("", 1.0)
     assert one.changed.isel(asked=-1).sel(parameter="gamma_a").values[1] > 5.0
-
-
-def test_an_operation_is_added_once():
-    life = Life(LIMITS, {}, events={}, conditions={})
-    one, two = (xr.Dataset(coords={"operation": numbers}) for numbers in ([1, 2], [2, 3]))
-    life.update({"closing": one})
-    with pytest.raises(ValueError, match="closing 2"):
-        life.update({"closing": two})
 
 
 def test_a_saved_life_has_the_same_states(life, tmp_path):

@@ -61,13 +61,6 @@ def test_days_count_over_the_last_year_or_since_the_first_date():
     assert pace[-1] == pytest.approx(366 / 100)
 
 
-def test_days_that_are_missing_or_not_in_order():
-    for days in ([NAN, NAN, NAN], [60.0, 0.0, NAN], [0.0, 29.0, NAN]):
-        assert np.isnan(days_per_operation(np.arange(1, 4), np.array(days))).all()
-    pace = days_per_operation(np.arange(1, 5), np.array([0.0, NAN, 60.5, NAN]))
-    np.testing.assert_array_equal(pace, [NAN, NAN, 60.5 / 2, 60.5 / 2])
-
-
 def test_dates_of_operations_to_come():
     operations, days = np.array([10, 20, 30]), np.array([737424.0, NAN, 737484.0])
     found = on_date(np.full((3, 1), 40.0), operations, days, np.array([NAN, 2.0, 3.0]))

@@ -57,16 +57,6 @@ def test_a_drive_is_ok_then_planned_then_due():
     assert (found.service_by.values[at] <= last)[planned].all()
 
 
-def test_nothing_is_known_without_records():
-    unknown = a_life()
-    for name in ("p_exceeded", "p_nearer", "remaining", "lives", "value"):
-        unknown[name][:] = np.nan
-    found = states_of(unknown, PLANNING)
-    assert (found.drive_state == 0).all()
-    assert (found.subject == -1).all()
-    assert np.isinf(found.service_by).all()
-
-
 @pytest.mark.parametrize("maintained", [False, True])
 def test_maintenance_alone_ends_due_and_makes_a_drive_young(maintained):
     life = a_life((1500.0, np.inf), told=60)

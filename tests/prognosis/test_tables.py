@@ -69,12 +69,3 @@ def test_the_page_says_what_to_do_what_changed_and_whether_to_trust_it(about, co
     decisions, limits, _ = tables(life)
     found = sentences(life, decisions, limits, advice_of())
     assert [each.code for each in found] == [f"life-{code}" for code in codes]
-
-
-def test_where_to_look_first_is_said_of_the_most_urgent_limit_first():
-    life, advice = a_life(fails=(450.0, 560.0), half=(0.01, 0.1)), advice_of()
-    decisions, limits, _ = tables(life)
-    assert limits.state.tolist() == ["due", "planned"]
-    look = sentences(life, decisions, limits, advice)[2].values["advice"]
-    first, second = (look.index(advice[name]) for name in ("travel_time", "gamma_a"))
-    assert first < second

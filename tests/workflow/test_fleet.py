@@ -13,6 +13,8 @@ from breaker.family.curve_file import write_curve
 from breaker.model.curves import travel
 from tests.workflow.conftest import ROOT, snakemake
 
+pytestmark = pytest.mark.slow
+
 HEAD = "file,motion,operation,breaker,phase,date,type"
 TYPES = {"A": "GL 314", "B": "LTB 145"}
 TIME = 0.1 * np.arange(760)

@@ -5,6 +5,8 @@ import sys
 
 import pytest
 
+from breaker.workflow.jobs import chunks_of
+
 HEADER = """
 import sys
 from types import SimpleNamespace
@@ -51,14 +53,7 @@ def test_an_uncaught_exception_is_logged_with_its_traceback_and_fails_the_job(lo
     assert "in compute" in text
 
 
-def test_an_interrupted_job_says_so_and_no_more(log):
-    done = run(log, "raise KeyboardInterrupt")
-    assert done.returncode != 0
-    assert done.stderr.endswith(" read_curves: interrupted\n")
-    assert "Traceback" not in done.stderr
-
-
-@pytest.mark.parametrize(("threads", "used"), [(1, 1), (2, 2), (64, 2)])
+@pytest.mark.parametrize(("threads", "used"), [(1, 1), (64, 2)])
 def test_numba_has_the_threads_of_the_rule_but_no_more_than_there_are(log, threads, used):
     first = (
         "class Numba:\n"
@@ -75,3 +70,22 @@ def test_numba_itself_takes_them_and_torch_keeps_its_own(log, monkeypatch):
     first = "import numba, torch; torch.get_num_threads()"
     done = run(log, "print(numba.get_num_threads(), torch.get_num_threads())", first=first)
     assert done.stdout == "1 1\n"
+
+
+# ---- chunks of operations ------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("size", [1, 7, 20])
+def test_appended_operations_change_their_own_chunks_alone(size):
+    before = chunks_of([*range(1, 31), 40], size)
+    after = chunks_of([*range(1, 31), 40, 41, 42], size)
+    last = list(before)[-1]
+    assert {name: after[name] for name in before if name != last} == {
+        name: before[name] for name in before if name != last
+    }
+    assert [number for some in after.values() for number in some] == [*range(1, 31), 40, 41, 42]
+
+
+def test_missing_numbers_give_no_empty_chunks_and_order_does_not_matter():
+    """Nor do other numbers, so that an operation is in the same chunk in both motions."""
+    assert chunks_of([70, 1, 0, 20, 21, 1], 20) == {"000": [0, 1, 20], "001": [21], "003": [70]}

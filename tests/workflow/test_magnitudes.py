@@ -7,6 +7,7 @@ from functools import cache, reduce
 from operator import getitem
 
 import numpy as np
+import pytest
 
 from breaker.common.randomness import generator
 from breaker.configuration.definitions import simulated_test
@@ -71,6 +72,7 @@ def use(config: dict) -> None:
     generator(config["seed"], "a purpose")
 
 
+@pytest.mark.slow
 def test_every_mutation_is_refused_or_can_be_used():
     rng = np.random.default_rng(11)
     accepted = 0

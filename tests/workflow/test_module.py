@@ -63,6 +63,7 @@ def folder(tmp_path, monkeypatch):
     return own
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(shutil.which("git") is None, reason="Snakemake reads repositories by git")
 def test_a_figure_is_made_through_a_module_of_a_repository(folder):
     """Below the prefix, by the user's settings over the defaults; other rules stay as they are."""
@@ -82,6 +83,7 @@ def test_a_figure_is_made_through_a_module_of_a_repository(folder):
     snakemake("--lint", folder=folder)  # which fails where it has a finding
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("prefix", ['prefix: "drive"', 'replace_prefix: {"results/": "drive/"}'])
 def test_a_training_is_planned_through_a_module_of_a_clone(tmp_path, prefix, monkeypatch):
     # Without the profile of this project, Snakemake needs a cache that it can write to.
@@ -95,6 +97,7 @@ def test_a_training_is_planned_through_a_module_of_a_clone(tmp_path, prefix, mon
     assert f"log: {'drive/' * prefix.startswith('prefix')}logs/train/closing.log" in plan
 
 
+@pytest.mark.slow
 def test_the_catalogue_finds_what_it_looks_for(tmp_path):
     """A file of the usage, a schema, and a graph of the rules by its own command."""
     usage = yaml.safe_load((ROOT / ".snakemake-workflow-catalog.yml").read_text(encoding="utf-8"))

@@ -9,6 +9,8 @@ import yaml
 
 from tests.workflow.conftest import ROOT, snakemake
 
+pytestmark = pytest.mark.slow
+
 OWN = """
 import numpy as np
 

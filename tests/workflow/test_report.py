@@ -39,7 +39,7 @@ def filled_in(page, motion, *, curves=None, files=()):
 
 
 @pytest.mark.parametrize("page", PAGES)
-@pytest.mark.parametrize("curves", [None, "my/curves", " my `curves`_*|<b>"])
+@pytest.mark.parametrize("curves", [None, " my `curves`_*|<b>"])
 def test_page_is_valid(page, curves):
     for motion in MOTIONS:
         text = filled_in(page, motion, curves=curves)

@@ -198,19 +198,26 @@ EDITS = {
 
 
 # A dry run takes seconds: edits that make different rules run again are tried together.
-TOGETHER = [
+ALWAYS = [
     ("style of one figure", "endurance.draws", "planning"),
+    ("by_motion.closing", "limits"),
+]
+OTHERS = [
     ("validation.posterior", "a shipped network"),
     ("validation.seed", "trend"),
-    ("by_motion.closing", "limits"),
     ("correction", "endurance.curves"),
 ]
-ALONE = [(name,) for name in EDITS if name not in {each for names in TOGETHER for each in names}]
+USED = {name for names in ALWAYS + OTHERS for name in names}
+OTHERS += [(name,) for name in EDITS if name not in USED]
 # Shards, chunks and sources are several jobs; everything else is one a motion, or one.
 SEVERAL = {"bank_shard", "read_curves", "infer", "infer_family", "validate_family"}
 
 
-@pytest.mark.parametrize("names", [*TOGETHER, *ALONE], ids=" and ".join)
+@pytest.mark.parametrize(
+    "names",
+    [*ALWAYS, *(pytest.param(names, marks=pytest.mark.slow) for names in OTHERS)],
+    ids=" and ".join,
+)
 def test_an_edit_runs_just_what_depends_on_it(workflow, names):
     expected = Counter()
     with edited(workflow):
@@ -227,73 +234,38 @@ def test_an_edit_runs_just_what_depends_on_it(workflow, names):
     }
 
 
-def test_nothing_is_left_to_do_after_a_run(workflow):
-    assert planned(workflow) == Counter()
+def test_nothing_is_left_to_do_after_a_run_in_any_other_place(workflow, tmp_path, monkeypatch):
+    """Nor after comments, another order of settings, new times, and without a home."""
     others = {"figure_validation_family": 2}
     others |= {"validate_family": 4, "family_quality": 1, "family": 1}
     assert planned(workflow, "family") == others
-
-
-def test_the_paper_is_made_in_a_folder_of_its_own_beside_the_default(workflow):
-    text = run(workflow, "-n", "all", "paper")
-    rules = set(re.findall(r"^(?:local)?rule (\w+):", text, re.M))
-    assert all(name.startswith("paper_") for name in rules - {"paper"})
-    assert {"paper_bank_shard", "paper_train", "paper_numbers", "paper_judge"} < rules
-    assert not {name for name in rules if "shipped" in name or "family_train" in name}
-    made = re.findall(r"^ +(?:output|log|benchmark): (.*)$", text, re.M)
-    assert all(path.startswith("paper/") for line in made for path in line.split(", "))
-
-
-def test_a_shipped_network_of_another_prior_is_an_error(workflow):
-    with edited(workflow):
-        edit_config(workflow, prior=SLOWER)
-        assert "snakemake -c2 family" in run(workflow, "-n", "validate_shipped", fails=True)
-
-
-def test_other_times_comments_orders_and_no_home_plan_nothing(workflow, monkeypatch):
+    copy = shutil.copytree(workflow, tmp_path / "copy", symlinks=True)
+    overlay = copy / "config/test.yaml"
+    settings = yaml.safe_load(overlay.read_text())
+    turned = {name: dict(reversed(section.items())) for name, section in settings.items()}
+    overlay.write_text("# a comment\n" + yaml.safe_dump(turned, sort_keys=False))
+    append(copy, "config/config.yaml", "# a comment")
+    append(copy, "README.md", "A comment.")
+    for top in ("config", "src", "workflow"):
+        for file in (copy / top).rglob("*.*"):
+            os.utime(file)
     monkeypatch.setenv("HOME", "/proc/nowhere")  # where nobody can make a folder
     monkeypatch.delenv("XDG_CACHE_HOME", raising=False)
-    with edited(workflow):
-        overlay = workflow / "config/test.yaml"
-        settings = yaml.safe_load(overlay.read_text())
-        turned = {name: dict(reversed(each.items())) for name, each in settings.items()}
-        overlay.write_text("# a comment\n" + yaml.safe_dump(turned, sort_keys=False))
-        append(workflow, "config/config.yaml", "# a comment")
-        append(workflow, "README.md", "A comment.")
-        for top in ("config", "src", "workflow"):
-            for file in (workflow / top).rglob("*.*"):
-                os.utime(file)
-        assert planned(workflow) == Counter()
-
-
-def test_a_folder_that_was_copied_and_moved_plans_nothing(workflow, tmp_path):
-    copy = shutil.copytree(workflow, tmp_path / "copy", symlinks=True)
     assert planned(copy.rename(tmp_path / "moved")) == Counter()
 
 
-def test_every_figure_is_there(workflow):
+def test_figures_show_something_and_stores_state_what_made_them(workflow):
     figures = sorted(path.name for path in (workflow / "figures").glob("*.png"))
     # Of both motions, of the life; and those of shipped networks, and of the family's.
     assert len(figures) == 24 + 6 + 4 + 4
     for name in figures:
-        assert np.ptp(imread(workflow / "figures" / name)) > 0.0, name  # something is drawn
-
-
-def test_stores_open_with_one_call_and_say_what_made_them(workflow):
+        assert np.ptp(imread(workflow / "figures" / name)) > 0.0, name
     stores = [*(workflow / "results").rglob("*.zarr")]
     kinds = {store.relative_to(workflow / "results").parts[0] for store in stores}
     assert {"bank", "endurance", "exactness", "life.zarr", "rig", "training"} < kinds
     for store in stores:
         data = xr.open_zarr(store)
         assert {"title", "settings", "breaker_version"} <= set(data.attrs), store
-
-
-def test_more_shards_simulate_only_the_new_ones(workflow):
-    with edited(workflow):
-        edit_config(workflow, bank={"shards": 3})
-        jobs = planned(workflow)
-    assert jobs["bank_shard"] == 2  # one a motion
-    assert set(jobs) == {"bank_shard", *TRAINING}
 
 
 def test_a_report_is_made_that_opens_offline(workflow):
@@ -305,6 +277,30 @@ def test_a_report_is_made_that_opens_offline(workflow):
     assert (workflow / "results/first_page.html").read_text() in text  # before any other word
 
 
+@pytest.mark.slow
+def test_the_paper_is_made_in_a_folder_of_its_own(workflow):
+    text = run(workflow, "-n", "all", "paper")
+    rules = set(re.findall(r"^(?:local)?rule (\w+):", text, re.M))
+    assert all(name.startswith("paper_") for name in rules - {"paper"})
+    assert {"paper_bank_shard", "paper_train", "paper_numbers", "paper_judge"} < rules
+    assert not {name for name in rules if "shipped" in name or "family_train" in name}
+    made = re.findall(r"^ +(?:output|log|benchmark): (.*)$", text, re.M)
+    assert all(path.startswith("paper/") for line in made for path in line.split(", "))
+
+
+@pytest.mark.slow
+def test_another_prior_is_refused_for_shipped_networks_and_shards_are_kept(workflow):
+    with edited(workflow):
+        edit_config(workflow, prior=SLOWER)
+        assert "snakemake -c2 family" in run(workflow, "-n", "validate_shipped", fails=True)
+    with edited(workflow):
+        edit_config(workflow, bank={"shards": 3})
+        jobs = planned(workflow)
+    assert jobs["bank_shard"] == 2  # one a motion
+    assert set(jobs) == {"bank_shard", *TRAINING}
+
+
+@pytest.mark.slow
 def test_appended_operations_run_their_own_chunk_and_what_follows(workflow):
     own, targets = workflow / "own", ("results/endurance/closing.zarr", "results/life.zarr")
     shutil.rmtree(own, ignore_errors=True)
@@ -318,11 +314,12 @@ def test_appended_operations_run_their_own_chunk_and_what_follows(workflow):
             for number in range(31, 36):
                 shutil.copy(last, last.with_name(f"{motion}_{number:05d}.csv"))
         jobs = [planned(workflow, target) for target in targets]
-    # Two chunks of 20 and 10 operations: the second one alone; a life as a whole.
+    # Two chunks of 20 and 10 operations: the second one alone; a life with all its records.
     assert jobs[0] == dict.fromkeys(("read_curves", "infer", "infer_family", "gather"), 1)
     assert jobs[1] == {"read_curves": 2, "life": 1}
 
 
+@pytest.mark.slow
 def test_curves_of_another_source_are_read_again(workflow):
     """Also where files are older than results, and are put back to what they were."""
     store = "results/endurance/closing/curves_000.zarr"
@@ -334,51 +331,12 @@ def test_curves_of_another_source_are_read_again(workflow):
             os.utime(file, (1e9, 1e9))
         run(workflow, "-c2", store)
         assert planned(workflow, store) == Counter()
-
         replaced = workflow / "own/closing/closing_00007.csv"
         replaced.write_bytes((workflow / "own/closing/closing_00008.csv").read_bytes())
         os.utime(replaced, (1e9, 1e9 + 1))
         assert planned(workflow, store) == {"read_curves": 1}
-        replaced = workflow / "own/closing/closing_00025.csv"  # of another chunk
-        os.utime(replaced, (1e9, 1e9 + 1))
-        assert planned(workflow, store.replace("000", "001"))["read_curves"] == 1
-
         shutil.copytree(workflow / "own", workflow / "other")
         edit_config(workflow, endurance={"curves": "other"})
         assert planned(workflow, store)["read_curves"] == 1
         edit_config(workflow, endurance={"curves": None})  # the simulated test
         assert planned(workflow, store)["read_curves"] == 1
-
-
-def test_a_table_of_operations_is_kept_through_to_the_stores(workflow):
-    store, folder = "results/endurance/closing/curves_000.zarr", workflow / "tabled"
-    shutil.rmtree(folder, ignore_errors=True)
-    shutil.copytree(workflow / "results/rig/curves/closing", folder / "2024-11-20")
-    rows = [
-        f"2024-11-20/closing_{i:05d}.csv,closing,{i + 2},{'BA'[i % 2]},{'greased' * (i == 3)}"
-        for i in range(1, 7)
-    ]
-    table = "\n".join(["file,motion,operation,breaker,event", *rows])
-    (folder / "operations.csv").write_text(table)
-    with edited(workflow):
-        edit_config(workflow, endurance={"curves": "tabled"})
-        several = run(workflow, "-n", "--config", "motions=[closing]", "--", store, fails=True)
-        assert "endurance.breaker" in several
-        edit_config(workflow, endurance={"breaker": "A"})
-        run(workflow, "-c2", "--config", "motions=[closing]", "--", store)
-    curves = xr.open_zarr(workflow / store)
-    assert curves.operation.values.tolist() == [3, 5, 7]
-    assert curves.breaker.values.tolist() == ["A"] * 3
-    assert curves.event.values.tolist() == ["", "greased", ""]
-
-
-def test_a_name_that_looks_like_a_pattern_is_planned(workflow):
-    put = workflow / "own/closing/op_{x}_00031.csv"
-    with edited(workflow):
-        put_own_curves(workflow)
-        put.write_text("")
-        try:
-            text = run(workflow, "-n", "all")
-        finally:
-            put.unlink()
-    assert "Traceback" not in text

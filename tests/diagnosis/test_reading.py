@@ -1,0 +1,100 @@
+"""Every motion of a record, and records over a good one."""
+
+import numpy as np
+import pytest
+
+from breaker.diagnosis.curves import overlaid
+from breaker.diagnosis.reading import read_operations
+from breaker.family.curve_file import write_curve
+from breaker.records.named import ANY
+from breaker.records.operations import Operation
+
+DURATION = 20.0  # ms, of a good motion
+
+
+def write(file, travel, *, step=0.1, motion="closing", number=1):
+    """Write a record with noise; its operation."""
+    time = step * np.arange(travel.size)
+    noisy = travel + 0.01 * np.random.default_rng(1).standard_normal(travel.size)
+    write_curve(file, time, noisy, motion=motion, operation=1)
+    return Operation(number, file, phase="R")
+
+
+def read(operation, motion=ANY):
+    return read_operations({motion: [operation]}, {})
+
+
+# ---- motions of a record -------------------------------------------------------------------------
+
+TIME = 0.1 * np.arange(6000)  # ms
+OPENS, CLOSES = (50.0, 400.0), 200.0
+
+
+def ramp(begin, duration=10.0):
+    return 14.0 * np.clip((TIME - begin) / duration, 0.0, 1.0)
+
+
+def test_an_oco_has_three_motions_and_states_where_the_openings_are(tmp_path):
+    travel = 14.0 - ramp(OPENS[0]) - ramp(OPENS[1]) + ramp(CLOSES)
+    records = read(write(tmp_path / "oco.csv", travel, motion="opening", number=4))
+    records.sort(key=lambda one: one.raw.moves)
+    motions = [(one.motion, one.operation.number) for one in records]
+    assert motions == [("opening", 4), ("closing", 4), ("opening", 5)]
+    for one, begin in zip(records[::2], OPENS, strict=True):
+        assert not one.operation.begin >= begin
+        assert not one.operation.end <= begin + 10.0
+        assert one.operation.phase == "R"
+    assert records[0].operation.end < OPENS[1]
+    assert records[2].operation.begin > OPENS[0] + 10.0
+    assert np.isnan(records[1].operation.begin)
+
+
+def test_where_nothing_moves_there_is_a_reason(tmp_path):
+    (one,) = read(write(tmp_path / "still.csv", np.full_like(TIME, 14.0)))
+    assert one.reason
+
+
+def test_a_file_that_states_its_only_motion_has_no_other_one(tmp_path):
+    """Planted fault: it states the motion that it does not contain."""
+    file = tmp_path / "a.csv"
+    operation = write(file, ramp(CLOSES))
+    rows = file.read_text()
+    for stated, rejected in {"Close": False, "Open": True}.items():
+        file.write_text(f"Operation: {stated}\n{rows}")
+        (one,) = read(operation)
+        assert (one.motion, bool(one.reason)) == ("closing", rejected)
+
+
+# ---- records over a good one ---------------------------------------------------------------------
+
+
+def closing(file, *, duration=DURATION, begins=30.0, step=0.1):
+    """A smooth closing of 14 mm, as a command reads it."""
+    share = np.clip((step * np.arange(round(200.0 / step)) - begins) / duration, 0.0, 1.0)
+    return read(write(file, 14.0 * share**2 * (3.0 - 2.0 * share), step=step), "closing")
+
+
+@pytest.fixture
+def good(tmp_path):
+    return closing(tmp_path / "good.csv")
+
+
+def test_a_record_over_one_like_it_stays_within(tmp_path, good):
+    """Its place in the file, and its rate, do not matter; an opening has no good one."""
+    (over,) = overlaid(closing(tmp_path / "a.csv", begins=61.7, step=0.05), good)
+    assert over.leaves is None
+    assert abs(over.farthest[1]) < 0.25
+    assert over.band == pytest.approx(0.05 * 14.0, rel=0.01)
+    assert (over.words.code, over.words.values["share"]) == ("overlay-within", "5")
+    opening = read(write(tmp_path / "open.csv", 14.0 - ramp(30.0), motion="opening"), "opening")
+    assert overlaid(opening, good) == []
+
+
+def test_where_a_slow_record_leaves_the_band_is_reported(tmp_path, good):
+    (over,) = overlaid(closing(tmp_path / "slow.csv", duration=1.3 * DURATION), good, 0.1)
+    at, by = over.leaves
+    share = np.array([at / DURATION, at / (1.3 * DURATION)])
+    way = 14.0 * share**2 * (3.0 - 2.0 * share)
+    assert by == pytest.approx(-1.4, abs=0.1)
+    assert way[1] - way[0] == pytest.approx(by, abs=0.25)
+    assert over.words.code == "overlay-leaves"
