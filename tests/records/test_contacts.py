@@ -47,18 +47,14 @@ def test_any_signal_counts_within_a_sample(signal, motion):
     assert np.isnan(found.main)
 
 
-def test_interruptions_are_bounces():
-    case, gaps = case_of("closing"), ((1.0, 2.5), (4.0, 4.6))
+def test_interruptions_are_bounces_and_ripple_of_a_closed_contact_is_not():
+    case, gaps = case_of("closing", cut=4.0), ((1.0, 2.5), (4.0, 4.6))
     amperes = case.current(rises=0.3, gaps=gaps)
     volts = SIGNALS["voltage"](amperes > 10.0)
     for found in (case.read(case.resistance(gaps), amperes), case.read(volts, name="Contact")):
         assert found.time == pytest.approx(case.mirrored(case.arcing), abs=0.3)
         assert found.bounces == 2.0
         assert found.bounce_time == pytest.approx(4.6, abs=0.3)
-
-
-def test_ripple_of_a_closed_contact_is_not_a_bounce():
-    case = case_of("closing", cut=4.0)
     since = case.time - case.mirrored(case.arcing)
     ripples = np.exp(np.log(0.28) + np.sin(2.0 * np.pi * since / 4.0))
     values = np.where(since < 0.0, 4.0, np.where(since < 40.0, ripples, 0.12))
@@ -66,7 +62,6 @@ def test_ripple_of_a_closed_contact_is_not_a_bounce():
     assert (found.bounces, found.bounce_time) == (0.0, 0.0)
     assert found.time == pytest.approx(case.mirrored(case.arcing), abs=0.3)
     assert np.isnan([found.main, case.read(values).bounces]).all()  # ripple may hide them
-    assert case.read(values, case.current(gaps=[(10.0, 11.0)])).bounces == 1.0  # planted
     assert case.read(values, np.where(since > 65.0, 0.0, case.current())).bounces == 0.0
 
 
@@ -168,14 +163,12 @@ def test_triggers():
     assert trigger_of(TIME, coil(TIME[0] - 10.0), MOVES) == (TIME[0], 1.0)
 
 
-@pytest.mark.parametrize("noise", [0.0, 0.01, 0.05])
-def test_a_trigger_is_as_uncertain_as_its_noise_makes_it(noise):
-    """Of 200 coils in noise, share of 3 A: all within 5 sd. False alarm below 1e-3."""
+def test_a_trigger_is_as_uncertain_as_its_noise_makes_it():
+    """Of 200 coils in noise of 0 to 5 % of 3 A: all within 5 sd. False alarm below 1e-3."""
     rng, off = np.random.default_rng(1), []
-    for _ in range(200):
+    for noise in np.linspace(0.0, 0.15, 200):
         start, rise = rng.uniform(3.0, 14.0), rng.uniform(1.0, 8.0)
-        current = coil(start, rise) + 3.0 * noise * rng.standard_normal(TIME.size)
-        at, sd = trigger_of(TIME, current, MOVES)
+        at, sd = trigger_of(TIME, coil(start, rise) + noise * rng.standard_normal(800), MOVES)
         if np.isfinite(at):
             off.append(abs(at - start) / np.hypot(sd, 0.02 * rise))
     assert max(off) < 5.0
@@ -190,19 +183,18 @@ def test_a_trigger_far_before_the_motion_is_of_another_one():
     assert len(said) == 1
 
 
-@pytest.mark.parametrize("motion", MOTIONS)
-def test_from_a_file_to_the_dataset(tmp_path, prior, sensor, motion):
+def test_from_a_file_to_the_dataset(tmp_path, prior, sensor):
     """Times on the grid: the file's own, less that of the grid's zero; columns in any order."""
-    exact = travel(prior.medians[None], TIME, motion, onset=MOVES)
+    exact = travel(prior.medians[None], TIME, "opening", onset=MOVES)
     switches = MOVES + exact.switching[0]
-    contact = np.where((switches <= TIME) == (motion == "closing"), "0.1", "12.0")
-    rows = zip(contact, exact.travel[0], (TIME >= 7.0) * 2.5, TIME, strict=True)
-    lines = ["main,travel,coil,time", "V,mm,A,ms"]
-    lines += [f"{c},{x:.4f},{i},{t:.2f}" for c, x, i, t in rows]
+    contact = np.where(switches <= TIME, "12.0", "0.1")
+    rows = zip(contact, exact.travel[0], 1e3 * coil(7.0), TIME, strict=True)
+    lines = ["main,travel,coil,time", "V,mm,mA,ms"]
+    lines += [f"{c},{x:.4f},{i:.2f},{t:.2f}" for c, x, i, t in rows]
     (tmp_path / "a.csv").write_text("\n".join(lines))
     settings = {"time_unit": "ms", "contact_column": "main", "trigger_column": "coil"}
     operations = [Operation(k, tmp_path / name) for k, name in ((1, "a.csv"), (2, "none.csv"))]
-    found = read_curves(operations, settings, Grid(sensor.times), motion)
+    found = read_curves(operations, settings, Grid(sensor.times), "opening")
     assert found.accepted.values.tolist() == [True, False]
     expected = {
         "contact_time": (switches - found.first_motion.values[0], 0.051),
@@ -210,6 +202,8 @@ def test_from_a_file_to_the_dataset(tmp_path, prior, sensor, motion):
         "reaction_time": (MOVES - 7.0, 0.6),
     }
     for name, (value, off) in expected.items():
-        assert found[name].values[0] == pytest.approx(value, abs=off)
-        assert np.isnan(found[name].values[1])
+        assert found[name].values == pytest.approx([value, np.nan], abs=off, nan_ok=True)
         assert found[name].attrs["unit"] == "ms"
+    measured = found.measured.sel(quantity=["coil_current", "coil_off_time", "arcing_wipe"])
+    truth = [coil(7.0).max(), 30.0, np.nan]
+    assert measured.values[0] == pytest.approx(truth, rel=0.02, nan_ok=True)

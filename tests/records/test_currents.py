@@ -6,8 +6,6 @@ import pytest
 from breaker.model.quantities import CURRENTS
 from breaker.records.contacts import ContactTimes
 from breaker.records.currents import Currents
-from breaker.records.curves import Grid, read_curves
-from breaker.records.operations import Operation
 from breaker.records.rejections import NotShownError
 from breaker.records.words import amperes_of
 
@@ -101,18 +99,3 @@ def test_units_of_currents():
     assert np.isnan([amperes_of(name) for name in phases]).all()
     assert amperes_of("Coil", "A") == 1.0
     assert np.isnan(amperes_of("Coil [A]", "V"))  # a row of units counts
-
-
-@pytest.mark.parametrize(("unit", "many"), [("A", 1.0), ("mA", 1e3)])
-def test_through_a_file(tmp_path, unit, many):
-    travel = 16.0 / (1.0 + np.exp(22.0 + 10.0 - TIME))
-    rows = zip(TIME * 1e-3, travel, many * coil(), strict=True)
-    name, file = f"Coil current [{unit}]", tmp_path / "closing.csv"
-    lines = [f"time,travel,{name}", *(f"{t:.5f},{s:.4f},{i:.5f}" for t, s, i in rows)]
-    file.write_text("\n".join(lines))
-    grid, settings = Grid(np.arange(-2.0, 30.0)), {"trigger_column": name}
-    read = read_curves([Operation(1, str(file))], settings, grid, "closing")
-    told = dict(zip(read.quantity.values, read.measured.values[0], strict=True))
-    assert told["coil_current"] == pytest.approx(coil().max(), rel=0.01)
-    assert told["coil_off_time"] == pytest.approx(OFF - TRIGGER, abs=0.5)
-    assert np.isnan(told["motor_current"])

@@ -1,9 +1,8 @@
-"""Records that end early have a right, wide or no stroke; and motions that no drive makes."""
+"""Records that end early have a right, wide or no stroke."""
 
 import numpy as np
 import pytest
 
-from breaker.records.checks import of_no_drive
 from breaker.records.measurements import measure_curve
 from tests.raws import swinging
 
@@ -29,15 +28,6 @@ def test_a_record_that_is_cut_has_no_wrong_stroke(stroke, rate):
             off = abs(found["stroke"].value - stroke)
             assert off < max(5.0 * found["stroke"].sd, 0.02 * stroke), until
     assert told >= 5
-
-
-@pytest.mark.parametrize(("stroke", "lasts"), [(13.0, 5.2), (6.0, 5.0), (150.0, 45.0)])
-def test_a_motion_of_no_drive_is_said(stroke, lasts):
-    """Also where its time or its unit is wrong by a factor of 10 or 20."""
-    for factor, odd in ((1.0, False), (0.1, True), (20.0, True)):
-        time = np.linspace(0.0, 2.0 * factor * lasts, 400)
-        done = np.clip((time - 0.5 * factor * lasts) / (1.25 * factor * lasts), 0.0, 1.0)
-        assert bool(of_no_drive("closing", time, done, stroke)) == odd
 
 
 @pytest.mark.parametrize("creeps", [True, False])
