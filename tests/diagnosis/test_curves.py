@@ -59,10 +59,6 @@ def panel(estimates, good=()):
     return Panel(NAME, estimates, overlaid(records, [each.record for each in good]))
 
 
-def keys(figure):
-    return {text.get_text() for text in figure.legends[0].get_texts()}
-
-
 @pytest.mark.parametrize("channels", [1, 6])
 def test_pictures_have_all_channels_in_panels_of_60_mm(answers, channels):
     phases = [f"travel of the interrupter unit $ {k}" for k in range(channels)]
@@ -78,15 +74,10 @@ def test_pictures_have_all_channels_in_panels_of_60_mm(answers, channels):
         assert axis.get_position().height * figure.get_figheight() >= 60.0 / 25.4
 
 
-def test_a_channel_has_the_same_colour_in_every_picture(answers):
-    one, other = (channel(answers[0], phase) for phase in "RS")
-    first, second = curves([panel([one, other]), panel([other])])
-    assert len(first.axes) == len(second.axes) == 1
-    _, colour = (each.get_color() for each in first.legends[0].get_lines()[:2])
-    assert second.legends[0].get_lines()[0].get_color() == colour
-
-
 def test_the_legend_names_what_is_drawn_and_no_more(answers, timed):
+    def keys(figure):
+        return {text.get_text() for text in figure.legends[0].get_texts()}
+
     own = replace(answers[0], record=timed(TOUCH))
     (bare,) = curves([panel([channel(answers[0], "")])])
     more, signals, _ = curves([panel([channel(own, "", ["contact", "trigger"])], good=[own])])

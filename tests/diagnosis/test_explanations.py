@@ -53,10 +53,8 @@ def explained(seed, **change):
     [
         ({}, "none", "", None),
         ({"f": 0.92}, "drive", "f", None),
-        ({"k_a": 0.92}, "drive", "k_a", None),
         ({"gamma_a": 1.2}, "drive", "gamma_a", None),
         ({"ratio": 0.94}, "ratio", "", -6.0),
-        ({"ratio": 1.64}, "ratio", "", 64.0),
         ({"rate": 0.5}, "rate", "", -50.0),
     ],
 )

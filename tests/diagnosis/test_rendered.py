@@ -80,17 +80,6 @@ def test_every_limit_has_a_verdict_whatever_is_known_of_its_quantity(answers, ti
     assert verdicts["touch_time record closing lower"] == "pass"
 
 
-def test_a_pair_is_one_row_with_both_bounds(answers):
-    entry = {"quantity": "stroke", "motion": "closing", "reference": 13.5, "tolerance": "5 %"}
-    (row,) = judged(answers[0], from_list([entry], MOTIONS), seed=1)
-    (part,) = row["parts"]
-    assert (row["name"], row["verdict"], row["p_exceeded"]) == ("stroke", "pass", 0.0)
-    assert part["bounds"] == pytest.approx([12.825, 14.175])
-    assert part["interval_95"][0] < part["value"] < part["interval_95"][1]
-    (row,) = judged(answers[0], from_list([entry | {"reference": 15}], MOTIONS), seed=1)
-    assert (row["verdict"], row["p_exceeded"]) == ("fail", 1.0)
-
-
 @pytest.fixture
 def result(answers):
     limits = [judged(each, [limit("L", 5.0)], seed=1) for each in answers]

@@ -1,7 +1,7 @@
 """One document on a terminal and as HTML: every word of it, and no markup of others."""
 
 import re
-from dataclasses import make_dataclass, replace
+from dataclasses import replace
 from html import unescape
 
 import pytest
@@ -16,7 +16,6 @@ from breaker.common.document import (
     html_page,
     text_of,
 )
-from breaker.common.plain_values import Plain, plainly, to_json
 
 HOSTILE = '<script>alert("$x$")</script>&amp;\u202e\u200b\x1b'
 ROWS = [("stroke", Cell("178", "bad")), "a group", Remark("why")]
@@ -70,10 +69,3 @@ def test_remarks_and_lines_to_sign_stay_together_on_a_page():
     assert "After &lt;overhaul&gt;" in ending
     assert "<td>tested by: name, date</td>" in ending
     assert html.count("data:image/png;base64,") == 2
-
-
-def test_json_leaves_out_what_is_none_by_default():
-    of = make_dataclass("Of", [("sd", float), ("why", str, None)], bases=(Plain,), frozen=True)
-    assert to_json(plainly([of(float("nan")), of(2 / 3, "few")])) == (
-        '[{"sd": null}, {"sd": 0.666667, "why": "few"}]'
-    )

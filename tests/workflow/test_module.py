@@ -101,14 +101,9 @@ def test_a_training_is_planned_through_a_module_of_a_clone(tmp_path, prefix, mon
 def test_the_catalogue_finds_what_it_looks_for(tmp_path):
     """A file of the usage, a schema, and a graph of the rules by its own command."""
     usage = yaml.safe_load((ROOT / ".snakemake-workflow-catalog.yml").read_text(encoding="utf-8"))
-    assert set(usage["usage"]) == {"mandatory-flags", "software-stack-deployment"}
     assert set(usage["usage"]["mandatory-flags"]) == {"desc", "flags"}
-    assert usage["usage"]["software-stack-deployment"] == {
-        "conda": True,
-        "apptainer": False,
-        "apptainer+conda": False,
-        "report": True,
-    }
+    deployment = usage["usage"]["software-stack-deployment"]
+    assert {name for name, given in deployment.items() if given} == {"conda", "report"}
     shutil.copytree(ROOT / ".test", tmp_path / ".test")
     where = ["-s", ROOT / "workflow/Snakefile", "-c", "1", "-d", tmp_path / ".test"]
     graph = snakemake(*where, "--forceall", "--rulegraph")

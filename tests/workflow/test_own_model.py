@@ -14,14 +14,12 @@ pytestmark = pytest.mark.slow
 OWN = """
 import numpy as np
 
-
 class Prior:
     names = ("stroke", "rate", "delay")
 
     def sample(self, n, rng):
         z = rng.standard_normal((n, 3))
         return np.array([10.0, 0.2, 5.0]) * np.exp([0.1, 0.2, 0.3] * z)
-
 
 def simulate(theta, times, motion, rng):
     stroke, rate, delay = theta.T[:, :, None]
@@ -40,56 +38,40 @@ RULES |= {f"figure_{name}" for name in ("loss", "validation", "prior_predictive"
 RULES |= {"figure_posterior_predictive"}
 
 
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory):
-    """A project with a simulator and a prior beside its configuration."""
-    place = tmp_path_factory.mktemp("own") / "project"
+def rules_of(text):
+    return set(re.findall(r"^(?:local)?rule (\w+):", text, re.M))
+
+
+def test_all_makes_what_needs_no_density_and_an_edit_runs_it_again(tmp_path):
+    """A project with a simulator and a prior next to its configuration."""
+    folder = tmp_path / "project"
     for part in ("config", "envs", "profiles", "workflow"):
-        shutil.copytree(ROOT / part, place / part)
-    shutil.copy(ROOT / "Snakefile", place)
-    (place / "own.py").write_text(OWN, encoding="utf-8")
-    (place / "my.yaml").write_text(yaml.dump(MINE), encoding="utf-8")
-    return place
+        shutil.copytree(ROOT / part, folder / part)
+    shutil.copy(ROOT / "Snakefile", folder)
+    (folder / "own.py").write_text(OWN, encoding="utf-8")
+    (folder / "my.yaml").write_text(yaml.dump(MINE), encoding="utf-8")
 
+    def run(*arguments):
+        where = ["--configfile", "config/test.yaml", "my.yaml"]
+        return snakemake(*arguments, "all", *where, folder=folder)
 
-def run(folder, *arguments):
-    """Run Snakemake at a small size; return what it says, and its rules."""
-    where = ["--configfile", "config/test.yaml", "my.yaml"]
-    text = snakemake(*arguments, "all", *where, folder=folder)
-    return text, set(re.findall(r"^(?:local)?rule (\w+):", text, re.M))
-
-
-def test_all_makes_what_needs_no_density_and_says_what_is_left_out(folder):
-    text, rules = run(folder, "-c1")
-    assert rules == RULES
+    text = run("-c1")
+    assert rules_of(text) == RULES
     assert "left out" in text
     made = {file.name for file in (folder / "figures").iterdir()}
     assert made == {f"{name}_closing.png" for name in FIGURES}
-
-
-def test_an_edit_of_its_file_runs_all_again_and_a_touch_nothing(folder):
     os.utime(folder / "own.py")
-    assert run(folder, "-n")[1] == set()
+    assert rules_of(run("-n")) == set()
     with (folder / "own.py").open("a", encoding="utf-8") as file:
         file.write("# an edit\n")
-    assert run(folder, "-n")[1] == RULES
-
-
-def test_measured_curves_are_inferred_and_a_prior_with_a_density_leaves_out_nothing(folder):
+    assert rules_of(run("-n")) == RULES
     (folder / "curves/closing").mkdir(parents=True)
     (folder / "curves/closing/closing_00001.csv").write_text("time,travel\n", encoding="utf-8")
-    said = snakemake(
-        "-n",
-        "all",
-        "--configfile",
-        "my.yaml",
-        "--config",
-        "endurance={'curves': 'curves'}",
-        folder=folder,
-    )
-    assert {"infer", "gather"} < set(re.findall(r"^(?:local)?rule (\w+):", said, re.M))
-    shutil.copy(ROOT / "docs/examples/own_prior.py", folder)
+    curves = ["--config", "endurance={'curves': 'curves'}"]
+    text = snakemake("-n", "all", "--configfile", "my.yaml", *curves, folder=folder)
+    assert {"infer", "gather"} < rules_of(text)
+    shutil.copy(ROOT / "docs/examples/own_prior.py", folder)  # which has a density
     model = {"model": {"prior": "own_prior:Springs"}}
     (folder / "exact.yaml").write_text(yaml.dump(model), encoding="utf-8")
-    said = snakemake("-n", "all", "--configfile", "exact.yaml", folder=folder)
-    assert {"correct_validation", "life"} < set(re.findall(r"^(?:local)?rule (\w+):", said, re.M))
+    text = snakemake("-n", "all", "--configfile", "exact.yaml", folder=folder)
+    assert {"correct_validation", "life"} < rules_of(text)

@@ -13,7 +13,6 @@ from breaker.diagnosis.inspection_change import inspection_change, words_of_chan
 from breaker.family.inputs import Basis
 from breaker.family.membership import PARTS, Match
 from breaker.family.shape import SHAPE_TIMES
-from breaker.model.limits import from_list
 from breaker.model.parameters import MOTIONS, NAMES
 from breaker.model.quantities import speeds_of
 from breaker.records.contacts import ContactTimes
@@ -178,27 +177,6 @@ def test_another_ratio_has_its_share_of_the_draws(p_ratio, state):
     row = inferred(found)["f"]
     assert row.p_unchanged == pytest.approx(p_ratio, abs=1e-3)
     assert row.if_changed == pytest.approx([-11.5, -10.0, -8.5], abs=0.3)
-
-
-def test_limits_are_judged_by_the_later_inspection_and_come_first():
-    entries = [
-        {"quantity": "stroke", "motion": "closing", "reference": 80, "tolerance": "5 %"},
-        {"quantity": "travel_time", "motion": "opening", "reference": 5, "tolerance": 1},
-        {"name": "late", "motion": "closing", "of": "record", "upper": {"touch_time": 5}},
-        {"name": "gap", "motion": "closing", "upper": {"L": 5}},
-        {"quantity": "f", "of": "change", "reference": 0, "tolerance": "5 %"},
-    ]
-    limits = from_list(entries, MOTIONS, SPEEDS)
-    found = document(family(f=0.9), today=records(stroke=80.8), limits=limits)
-    rows = {row["name"]: row for row in found.limits}
-    none = dict.fromkeys(("late", "gap"), "inconclusive")
-    verdicts = {name: row["verdict"] for name, row in rows.items()}
-    assert verdicts == {"stroke": "pass", "travel_time": "fail", **none, "f": "fail"}
-    (part,) = rows["stroke"]["parts"]
-    assert (part["value"], part["bounds"]) == (pytest.approx(80.8, abs=0.1), [76.0, 84.0])
-    assert rows["gap"]["reason"].code == "model-limit"
-    assert found.summary[0].code == "limits"
-    assert text_of(words_of_change(found))
 
 
 def test_measured_changes_are_those_of_means():
