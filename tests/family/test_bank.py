@@ -37,11 +37,6 @@ def drive_of(row) -> Drive:
     return Drive(tuple(row.parameters.values.tolist()), Elements.from_settings(settings))
 
 
-def test_the_same_seed_gives_the_same_bytes(family, bank):
-    again = simulate_family(family, 20, np.random.default_rng(1))
-    assert again.drop_attrs().equals(bank.isel(drive=slice(20)).drop_attrs())
-
-
 @pytest.mark.parametrize("number", range(2))
 def test_a_curve_is_that_of_the_drive(bank, number):
     """Put together again from shape, stroke and duration; and its events."""

@@ -68,22 +68,6 @@ def test_a_drive_that_does_not_hold_is_drawn_again(prior, family):
     assert all(weak.new(rng).holds for _ in range(50))
 
 
-def test_wear_is_a_mixture_within_its_ranges(family):
-    wear, rng = family.settings["wear"], np.random.default_rng(5)
-    seen, counts = set(), set()
-    for _ in range(300):
-        drawn = family.wear(rng)
-        seen |= set(drawn)
-        of_parameters = sum(name in NAMES for name in drawn)
-        counts.add((of_parameters, len(drawn) - of_parameters))
-        for name, change in drawn.items():
-            low, high = wear["change"][name]
-            assert low <= change <= high
-    assert seen == set(wear["change"])
-    least, most = zip(wear["parameters"], wear["elements"], strict=True)
-    assert (min(counts), max(counts)) == (least, most)
-
-
 def test_a_worn_drive_changes_by_shares_and_still_works(family, drives):
     rng = np.random.default_rng(6)
     for drive in drives[:100]:

@@ -8,7 +8,7 @@ from breaker.configuration.definitions import advice_of
 from breaker.configuration.loading import defaults
 from breaker.prognosis.states import states_of
 from breaker.prognosis.tables import change_table, decide, limit_table, sentences
-from tests.lives import OPERATIONS, a_life
+from tests.lives import a_life
 
 PLANNING = defaults()["planning"] | {"operations": 150, "years": 2.0}
 
@@ -19,18 +19,6 @@ def tables(life=None, **stated):
         life[name] = "operation", np.asarray(values)
     stands = states_of(life, PLANNING)
     return decide(life, stands), limit_table(life, stands), change_table(life)
-
-
-def test_every_operation_has_a_row_with_what_is_known_of_it():
-    table, _, _ = tables()
-    assert table.operation.tolist() == OPERATIONS.tolist()
-    assert not {"date", "days_left", "breaker", "event", "temperature"} & set(table)
-    dates = sorted(f"2024-{1 + k // 28 % 12:02d}-{1 + k % 28:02d}" for k in range(OPERATIONS.size))
-    table, _, _ = tables(date=dates, temperature=np.where(OPERATIONS % 2, 20.0, np.nan))
-    assert {"date", "temperature", "days_left", "service_by_date"} <= set(table)
-    assert table.temperature[0] == 20.0
-    planned = table[table.state == "planned"]
-    assert planned.service_by_date.iloc[0] > planned.date.iloc[0]
 
 
 def test_tables_say_what_a_life_says():
