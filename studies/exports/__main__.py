@@ -67,7 +67,7 @@ def read_inspection(text: str, truth: dict) -> dict:
     """Return the tables that `breaker inspect` prints."""
     names = {bare(c): c for c in truth["columns"]}
     motion = r"(closing|opening)"
-    document: dict = {"columns": [], "printed": [], "moves": []}
+    document: dict = {"columns": [], "moves": []}
     for line in part(text, "column +motion +first"):
         found = re.match(rf"  (.+?)\s+{motion}\s.*\saccepted", line)
         if found:
@@ -83,12 +83,6 @@ def read_inspection(text: str, truth: dict) -> dict:
                 for cell in cells
             ]
             document["columns"].append([names.get(found[1], found[1]), found[2], *cells])
-    for line in part(text, "results of the analyser")[1:]:
-        cells = re.split(r"\s{2,}", line.strip())
-        cells = cells if line[2:3].strip() else ["", *cells]
-        cells = cells if cells[1] in ("closing", "opening") else [cells[0], None, *cells[1:]]
-        column = next((c for c in names if c.endswith(f" {cells[0]}")), cells[0])  # `T4` of T4
-        document["printed"].append([column, *cells[1:3], float(cells[3]), cells[-1] == "<"])
     return document
 
 

@@ -155,7 +155,7 @@ def score(truth: dict, document: dict) -> list[Row]:
 
     `document` has `records` as `breaker infer --json` writes them, each with its `channel`, the
     channels and motions `refused`, and of what `breaker inspect` prints `columns` (contact and coil
-    of a channel's motion), `printed` results, and `moves` (channels and motions accepted).
+    of a channel's motion), and `moves` (channels and motions accepted).
     """
     rows: list[Row] = []
     records = [r for r in document["records"] if r["accepted"]]
@@ -173,32 +173,4 @@ def score(truth: dict, document: dict) -> list[Row]:
     known = [bare(name) for name in truth["channels"]]
     wrong += [("no such travel", *move) for move in document["moves"] if move[0] not in known]
     rows += [Row("motion", name, c, None, motion, None, "false") for name, c, motion in wrong]
-    return rows + score_printed(truth, document)
-
-
-def score_printed(truth: dict, document: dict) -> list[Row]:
-    """Return rows of printed results: whose they are said to be, and how they are compared."""
-    rows, said = [], []
-    columns = {c["transducer"]: bare(name) for name, c in truth["channels"].items()}
-    for column, motion, quantity, printed, marked in document["printed"]:
-        quantity = quantity.replace(" ", "_")
-        off = 0.06 if quantity == "speed" else 0.006  # one speed is printed with one digit
-        right = [
-            p["name"]
-            for p in truth["printed"]
-            if (p["quantity"], p["of"], columns[p["transducer"]]) == (quantity, "contact", column)
-            and abs(p["value"] - printed) < max(off, 0.001 * printed)
-            and (None in (motion, p["motion"]) or p["motion"] == motion)
-        ]
-        if not column or quantity in ("mechanism_travel", "datum_speed"):  # compared with nothing
-            continue
-        verdict, name = "right" if right else "false", f"{column} {motion}"
-        rows.append(Row("printed", quantity, name, None, printed, None, verdict))
-        if right and marked:  # a true result of the contact is said to differ
-            rows.append(rows[-1]._replace(name=f"{quantity} compared", verdict="false"))
-        said += right
-    for p in truth["printed"]:
-        if p["of"] == "contact" and p["value"] and p["name"] not in said:
-            name = f"{columns[p['transducer']]} {p['motion'] or ''}"
-            rows.append(Row("printed", p["quantity"], name, p["value"], None, None, "missing"))
     return rows

@@ -38,7 +38,7 @@ def times(truth, samples):
 
 def document_of(truth):
     """Return what a product says that reads all of a file rightly."""
-    document = {"records": [], "refused": [], "columns": [], "printed": [], "moves": []}
+    document = {"records": [], "refused": [], "columns": [], "moves": []}
     for column, channel in truth["channels"].items():
         for move in channel["motions"]:
             values = true_values(move, channel["kind"], {})
@@ -53,11 +53,6 @@ def document_of(truth):
             contact = next(iter(move["contacts"]), None)
             document["columns"].append([column, move["motion"], contact, move["coil"]])
             document["moves"].append([bare(column), move["motion"]])
-    for p in truth["printed"]:
-        if p["of"] == "contact":
-            names = [c for c, v in truth["channels"].items() if v["transducer"] == p["transducer"]]
-            said = [bare(names[0]), p["motion"], p["quantity"], p["value"], False]
-            document["printed"].append(said)
     return document
 
 
@@ -138,7 +133,7 @@ def test_what_is_right_is_right(sheet):
 
 def test_nothing_said_is_missing(sheet):
     truth = sheet(timed)
-    nothing = {"records": [], "refused": [], "columns": [], "printed": [], "moves": []}
+    nothing = {"records": [], "refused": [], "columns": [], "moves": []}
     assert {r.verdict for r in score(truth, nothing)} == {"missing"}
     nothing["refused"] = [[c, m] for c in truth["channels"] for m in ("closing", "opening")]
     rows = score(truth, nothing)
@@ -193,16 +188,6 @@ def test_a_time_where_there_is_none_is_false(sheet):
     assert [r.name for r in rows if r.verdict == "false"] == ["reaction_time"]
 
 
-def test_a_result_of_another_travel_is_false(sheet):
-    truth = sheet(lambda t: len(t["channels"]) > 1 and t["printed"])
-    document = document_of(truth)
-    own, other = (p for p in document["printed"] if p[2] == "stroke"), document["printed"]
-    first, second = list(own)[:2]
-    first[0] = second[0]
-    assert other[0][0] == second[0]
-    assert "false" in {r.verdict for r in score(truth, document) if r.kind == "printed"}
-
-
 def test_tables_of_an_inspection_are_read():
     text = """
   column        motion    first motion    rest by     stroke     noise  as proposed
@@ -212,12 +197,6 @@ def test_tables_of_an_inspection_are_read():
   contacts and coils, which breaker report and breaker inspect FOLDER take for each
   Travel T1     closing   DCRM Res CH1, test current DCRM Cur CH1  Coil Current C1 (A), motor Motor
   Travel T2     closing                 Coil Current C2 (A)
-
-  results of the analyser, and those measured here
-  column        motion    quantity            printed   measured  unit    differs
-  Travel T1     closing   stroke                  145      148.8  mm      +2.6%  <
-  T2                      stroke                  165             mm      nothing
-                closing   speed                  3.78             m/s     no motion of it is read
 """
     truth = {"columns": ["Travel T1 (mm)", "Travel T2 (mm)"]}
     said = read_inspection(text, truth)
@@ -225,9 +204,4 @@ def test_tables_of_an_inspection_are_read():
     assert said["columns"] == [
         ["Travel T1 (mm)", "closing", "DCRM Res CH1", "Coil Current C1 (A)"],
         ["Travel T2 (mm)", "closing", None, "Coil Current C2 (A)"],
-    ]
-    assert said["printed"] == [
-        ["Travel T1", "closing", "stroke", 145.0, True],
-        ["Travel T2", None, "stroke", 165.0, False],
-        ["", "closing", "speed", 3.78, False],
     ]

@@ -88,14 +88,6 @@ def test_a_pdf_without_weasyprint_or_its_library_is_refused_with_the_extra(
     assert not (inspection / "a.pdf").exists()
 
 
-def test_a_value_that_the_analyser_printed_otherwise_has_a_note(inspection):
-    results = {"Stroke (mm)": [178.0, 182.0, 178.7], "Closing Velocity (m/s)": [4.1, 4.1, 4.4]}
-    results["Over Travel (mm)"] = [1.0, 1.0, 1.0]  # which makers count in other ways
-    write("today.csv", rate=5.0, results=results)
-    assert report("today.csv", "--output", "a.html") == 0
-    assert re.findall(r"relative to the printed ([\d.]+)\.", page_of()) == ["182", "4.4"]
-
-
 def test_files_that_cannot_be_used_or_are_of_another_breaker_are_named(inspection, capsys):
     write("today.csv", rate=5.0, channels=1)
     write("other.csv", rate=5.0, channels=1, seed=7, serial="X", bay="Bay 9")

@@ -11,7 +11,6 @@ where ``write`` writes ``TIME`` and ``TRAVEL`` into a file of the format. The se
 and units; what they leave out is as in the defaults.
 """
 
-import shutil
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import NamedTuple
@@ -45,11 +44,6 @@ class Example(NamedTuple):
     settings: Mapping
     channel: str
     write: Callable[[Path], None]
-
-
-def _remove(file: Path) -> None:
-    """Remove a file, or a record that is a folder."""
-    shutil.rmtree(file) if file.is_dir() else file.unlink()
 
 
 class FormatContract:
@@ -95,7 +89,7 @@ class FormatContract:
 
     @pytest.mark.parametrize("content", [b"", b"\0\1\2" * 99, b"no record"])
     def test_what_is_no_record_is_refused_in_one_line(self, curve_file, settings, content):
-        _remove(curve_file)
+        curve_file.unlink()
         curve_file.write_bytes(content)
         for use in (
             lambda: read_columns(curve_file, settings),
@@ -107,14 +101,13 @@ class FormatContract:
             assert str(refused.value).isprintable()
 
     def test_what_is_not_there_is_refused(self, curve_file, settings):
-        _remove(curve_file)
+        curve_file.unlink()
         with pytest.raises(RejectedCurveError):
             read_columns(curve_file, settings)
 
     def test_an_opened_file_stays_what_it_was(self, curve_file, settings):
         opened = Opened(curve_file)
-        before, bytes_ = read_columns(opened, settings).travel, opened.size
-        assert bytes_ >= 2 * before.nbytes  # what is kept counts
+        before = read_columns(opened, settings).travel
         for each in curve_file.parent.iterdir():
-            _remove(each)
+            each.unlink()
         assert np.array_equal(read_columns(opened, settings).travel, before)

@@ -6,7 +6,6 @@ from functools import partial
 import numpy as np
 import openpyxl
 import pytest
-import xarray as xr
 
 from breaker.common.randomness import generator
 from breaker.records.files import Opened, RejectedCurveError
@@ -34,11 +33,6 @@ def write_example(file):
     file.write_bytes(b"EXAMPLE1" + (10_000).to_bytes(4, "little") + TRAVEL.astype("<f4").tobytes())
 
 
-def write_store(file):
-    travel = xr.DataArray(TRAVEL, {"time": TIME}, "time", attrs={"units": "mm"})
-    travel.to_dataset(name="travel").to_zarr(file, consolidated=False)
-
-
 # By the module of a format, in the order of ``FORMATS``: each has one.
 EXAMPLES = {
     "text": of_layout("tab"),
@@ -63,10 +57,6 @@ class TestComtrade(FormatContract):
 
 class TestNetcdf(FormatContract):
     example = EXAMPLES["netcdf"]
-
-
-class TestZarr(FormatContract):
-    example = Example("a.zarr", {"time_unit": "ms"}, "travel", write_store)
 
 
 class TestLines(FormatContract):

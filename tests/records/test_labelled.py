@@ -1,7 +1,5 @@
-"""NetCDF, HDF5 and Zarr: variables are read as columns; no file hangs or fills memory."""
+"""NetCDF and HDF5: variables are read as columns; no file hangs or fills memory."""
 
-import json
-import os
 import struct
 from functools import partial
 
@@ -38,8 +36,6 @@ def read(file, channel=""):
 WRITE = {
     "3.nc": partial(xr.Dataset.to_netcdf, engine="scipy"),
     "4.nc": partial(xr.Dataset.to_netcdf, engine="h5netcdf"),
-    "2.zarr": partial(xr.Dataset.to_zarr, mode="w", zarr_format=2, consolidated=True),
-    "3.zarr": partial(xr.Dataset.to_zarr, mode="w", zarr_format=3, consolidated=False),
 }
 
 
@@ -119,37 +115,3 @@ def test_a_text_of_a_damaged_size_does_not_hang(file):
     told(file, lambda: read(file))
     file.write_bytes(content[:-2000])
     told(file, lambda: read(file))
-
-
-CHUNKS = [{"name": "regular", "configuration": {"chunk_shape": [k]}} for k in (1, 10**9)]
-STATED = [{"codecs": [{"name": "numcodecs.pickle"}]}, {"shape": [10**9]}]
-STATED += [{"shape": [20_000], "chunk_grid": CHUNKS[0]}, {"chunk_grid": CHUNKS[1]}]
-
-
-@pytest.mark.parametrize("change", STATED)
-def test_a_store_that_states_what_may_do_harm_is_refused(tmp_path, change):
-    file = tmp_path / "a.zarr"
-    labelled().to_zarr(file, zarr_format=3, consolidated=False)
-    part = file / "travel/zarr.json"
-    part.write_text(json.dumps(json.loads(part.read_text()) | change))
-    told(file, lambda: read(file))
-
-
-@pytest.mark.parametrize("bound", ["LARGEST", "MOST_PARTS"])
-def test_the_parts_of_a_store_are_looked_at_before_it_is_opened(tmp_path, monkeypatch, bound):
-    file, other = tmp_path / "a.zarr", tmp_path / "a.zarr/other"
-    labelled().to_zarr(file, consolidated=False)
-    for make in (lambda: other.symlink_to(file / "travel"), lambda: os.mkfifo(other)):
-        make()
-        assert "other" in told(file, lambda: read(file))
-        other.unlink()
-    monkeypatch.setattr(f"breaker.records.files.{bound}", 3)
-    told(file, lambda: read(file))
-
-
-def test_a_sample_that_a_store_of_version_2_fills_in_is_missing(tmp_path):
-    encoding = {"travel": {"_FillValue": -99.0, "chunks": (20,)}}
-    labelled().to_zarr(tmp_path / "a.zarr", zarr_format=2, encoding=encoding)
-    (tmp_path / "a.zarr/travel/1").unlink()
-    expected = np.where(np.arange(60) // 20 == 1, np.nan, TRAVEL)
-    np.testing.assert_array_equal(read(tmp_path / "a.zarr").travel, expected)

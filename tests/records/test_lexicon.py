@@ -6,7 +6,7 @@ import pytest
 
 from breaker.records.words import WORDS
 
-GROUPS = ("columns", "motion_words", "labels", "stated", "rate_words", "results")
+GROUPS = ("columns", "motion_words", "labels", "stated", "rate_words")
 SPELT = [item for group in GROUPS for by in WORDS[group].values() for item in by.items()]
 
 

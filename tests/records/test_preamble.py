@@ -61,7 +61,7 @@ def test_a_doubtful_rate_has_its_reason(text, rate):
 
 
 def test_all_of_an_analysers_preamble():
-    results = {"Stroke (mm)": [178.0, 178.4], "Closing Velocity (m/s)": [4.3, 4.4]}
+    results = {"Stroke (mm)": [178.0, 178.4], "Over Travel (mm)": [4.3, 4.4]}
     lines = preamble(results=results, channels=2, ratio=1.64, motions=("closing", "opening"))
     found = header_of([line.split(",") for line in lines], samples=4000)
     assert (found.rate, found.length, found.ratio) == (10.0, 400.0, 1.64)
@@ -69,13 +69,10 @@ def test_all_of_an_analysers_preamble():
     assert (found.serial, found.operation) == ("HV-20417", "C-O")
     assert (found.dates, found.travel_unit) == (("2021-03-14T10:42:17",), "mm")
     assert found.phases == {1: "R", 2: "Y", 3: "B"}
-    assert len(found.speed_points) == 4
-    assert [each[:5] for each in found.results] == [
-        ("stroke", "", "CH1", 178.0, "mm"),
-        ("stroke", "", "CH2", 178.4, "mm"),
-        ("speed", "closing", "CH1", 4.3, "m/s"),
-        ("speed", "closing", "CH2", 4.4, "m/s"),
-    ]
+    assert found.strokes == (178.0, 178.4)
+    zones = [("closing", ["40 % of stroke", "80 % of stroke"])]
+    zones += [("opening", ["20 % of stroke", "60 % of stroke"])]
+    assert [(motion, speed.points) for motion, speed in found.speeds.items()] == zones
 
 
 @pytest.mark.parametrize(
@@ -98,7 +95,7 @@ def test_decimal_commas_and_contradictions():
     rows = split("Übersetzung;1,64\nHub L1;178,25 mm\nAbtastintervall (ms);0,05", ";")
     found = header_of(rows, ",")
     assert (found.ratio, found.rate) == (1.64, 20.0)
-    assert [each[2:5] for each in found.results] == [("L1", 178.25, "mm")]
+    assert found.strokes == (178.25,)
     found = header_of(split("Phase : R\nOperation : C\nPhase : Y\nOperation : O", "\0"))
     assert (found.phases, found.operation) == ({}, "")
     assert header_of(split("Phase: Y-1 CT", "\0")).phases == {0: "Y-1 CT"}

@@ -28,10 +28,9 @@ def add(inspect: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Inspect a file, or check or propose the table of a folder."""
-    from breaker.records.folder import is_folder
     from breaker.records.operations import MANIFEST
 
-    folder = is_folder(options.file)
+    folder = os.path.isdir(options.file)
     unfit = ("channel", "plot") if folder else ("channels",)
     _refuse(options, unfit, f"is not for a {'folder' if folder else 'file'}")
     outputs = [(options.output, "lines"), (options.plot, "picture")]

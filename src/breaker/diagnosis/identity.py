@@ -1,4 +1,4 @@
-"""Statements of files about their breaker: nameplate, dates, phases, and printed values.
+"""Statements of files about their breaker: nameplate, dates and phases.
 
 Records are compared by the phases that tables, files or names state, and never by the number of a
 channel or transducer.
@@ -12,11 +12,9 @@ from breaker.common.numerals import first_of, in_digits
 from breaker.common.text import bare
 from breaker.diagnosis.estimate import DriveRecord
 from breaker.diagnosis.words import Sentence, say
-from breaker.model.quantities import Speed
 from breaker.records.dates import earlier
 from breaker.records.files import printable
 from breaker.records.header import stated_as
-from breaker.records.printed import results_of
 
 Inspections = Mapping[str, Sequence[DriveRecord]]
 """Records "before" and "today"."""
@@ -139,20 +137,3 @@ def nameplate(
     pairs = [(name, ", ".join(filter(None, dict.fromkeys(e)))) for name, e in known.items()]
     lacking = Cell("not stated", "faint")
     return [(name, text or lacking) for name, text in pairs if text or name in always]
-
-
-def printed_values(
-    records: Sequence[DriveRecord], speeds: Sequence[Speed]
-) -> dict[tuple[str, str, str, str], tuple[float, str]]:
-    """Return values that the analyser printed, and their quantities, by file, motion, phase and
-    name.
-    """
-    by_file: dict[str, list[DriveRecord]] = {}
-    for record in records:
-        by_file.setdefault(printable(record.operation.file), []).append(record)
-    values = {}
-    for file, own in by_file.items():
-        motions, phases = [e.motion for e in own], [e.operation.phase for e in own]
-        results = results_of(own[-1].stated, motions, [*dict.fromkeys(phases)], speeds)
-        values |= {(file, *key): value for key, value in results.items()}
-    return values

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 
 from breaker.common.document import Document, Letterhead
 from breaker.diagnosis.curves import Panel
-from breaker.diagnosis.identity import nameplate, printed_values
+from breaker.diagnosis.identity import nameplate
 from breaker.diagnosis.inspection_change import change_tables
 from breaker.diagnosis.session import Diagnosis
 from breaker.diagnosis.tables import document_of, shown_of, title_of
@@ -38,10 +38,9 @@ def report_of(diagnosis: Diagnosis) -> Report:
         ValueError: If the logo of the configuration cannot be used.
     """
     records, result, changes = diagnosis.records, diagnosis.result, diagnosis.changes
-    printed = printed_values(records, diagnosis.speeds_of(records))
     compared = [change for change in changes.values() if not isinstance(change, str)]
     doubts = [text for text_of in compared for text in text_of.warnings]
-    collected = document_of(result, printed=printed, changes=change_tables(changes), doubts=doubts)
+    collected = document_of(result, changes=change_tables(changes), doubts=doubts)
     by_record = dict(zip(map(id, result["records"]), diagnosis.estimates, strict=True))
     panels = [
         Panel(title_of(group), [by_record[id(row)] for row in group], diagnosis.overlays)

@@ -27,7 +27,6 @@ from breaker.model.prior import Prior
 from breaker.model.quantities import OF_STROKE, Speed, speeds_at
 from breaker.records.files import Files
 from breaker.records.named import Choice, Operations, list_named, stated_types
-from breaker.records.printed import stated_speeds
 
 if TYPE_CHECKING:
     from breaker.diagnosis.curves import Overlay
@@ -117,7 +116,7 @@ class Diagnosis:
         if not usable:
             return ()
         points = {**OF_STROKE, **self.config["speeds"]}
-        stated = [stated_speeds(record.stated) for record in usable]
+        stated = [record.stated.speeds for record in usable]
         for motion in MOTIONS:
             own = {tuple(speeds[motion].points) for speeds in stated if motion in speeds}
             if len(own) == 1 and points.get(f"{motion}_speed") is None:

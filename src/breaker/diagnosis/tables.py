@@ -13,7 +13,6 @@ from breaker.diagnosis.result import RecordResult, Result, Value, accepted, limi
 from breaker.diagnosis.words import say
 from breaker.model.parameters import PARAMETERS
 from breaker.model.quantities import EVENTS, INFERRED, OF_STROKE
-from breaker.records.printed import differs
 
 _PRIOR = 0.8  # share of the prior's variance: above it, 90 % of an interval's width are the prior's
 _PRESENT = 0.9  # probability from which on an effect is listed: one in ten may be absent
@@ -29,9 +28,6 @@ RESULTS = {
 """Verdicts in words, the worst first."""
 
 _NONE = Cell("–", "faint")  # cell without a value
-
-Printed = Mapping[tuple[str, str, str, str], tuple[float, str]]
-"""Values that the analyser printed, as ``printed_values`` returns them."""
 
 
 def concerned(text: str, where: Iterable[str], everyone: Collection[str]) -> str:
@@ -76,7 +72,7 @@ def verdict_of(result: Result) -> Cell:
 # ---- measured values -----------------------------------------------------------------------------
 
 
-def measured_table(title: str, records: Sequence[RecordResult], printed: Printed) -> Table:
+def measured_table(title: str, records: Sequence[RecordResult]) -> Table:
     """Return measured values of one motion of an operation, with poles as columns."""
     rows = []
     for name, unit in {n: v["unit"] for e in records for n, v in _measured(e).items()}.items():
@@ -85,7 +81,7 @@ def measured_table(title: str, records: Sequence[RecordResult], printed: Printed
         if halves:
             rows.append((name, unit, *map(_cell, values), in_digits(max(halves), 2)))
     head = ["", "unit", *(record.get("phase", "value") for record in records), "± 95 %"]
-    return Table(head, rows, title, _notes(records, printed))
+    return Table(head, rows, title, _notes(records))
 
 
 def _measured(record: RecordResult) -> dict[str, Value]:
@@ -108,10 +104,8 @@ def _range(ends: Sequence[float], digits: int = 4) -> str:
     return " to ".join(distinct(ends, digits))
 
 
-def _notes(records: Sequence[RecordResult], printed: Printed) -> list[str]:
-    """Return zones of speeds, the meaning of the star, values that the analyser printed otherwise,
-    and why values are missing.
-    """
+def _notes(records: Sequence[RecordResult]) -> list[str]:
+    """Return zones of speeds, the meaning of the star, and why values are missing."""
     zones, stars, doubts = {}, [], []
     for record in records:
         phase, missing = record.get("phase", ""), {}
@@ -120,22 +114,11 @@ def _notes(records: Sequence[RecordResult], printed: Printed) -> list[str]:
                 zones[name] = f"{name} {value['zone']}"
             if value.get("source") == "mixed":
                 stars = [say("star", event=EVENTS[record["motion"]])]
-            key = record["file"], record["motion"], phase, name
-            if key in printed and value.get("source") == "measured":
-                doubts += [(phase, text) for text in _printed_otherwise(name, value, *printed[key])]
             if "reason" in value and value["reason"].code not in _NO_STATE:
                 missing.setdefault(value["reason"].text, []).append(name)
         doubts += [(phase, f"no {', '.join(names)}: {text}") for text, names in missing.items()]
     notes = [say("zones", zones="; ".join(zones.values()))] if zones else []
     return notes + stars + grouped(((phase, Note("", text)) for phase, text in doubts), records)
-
-
-def _printed_otherwise(name: str, value: Value, number: float, quantity: str) -> list[str]:
-    median = value["median"]
-    if not differs(quantity, number, median, _half(value) / NORMAL[95]):
-        return []
-    percent = 100.0 * (median / number - 1.0)
-    return [say("printed-differs", quantity=name, measured=median, percent=percent, printed=number)]
 
 
 # ---- limits --------------------------------------------------------------------------------------
@@ -285,12 +268,11 @@ def document_of(
     result: Result,
     said: Iterable[str] = (),
     *,
-    printed: Printed | None = None,
     changes: Iterable[Table] = (),
     doubts: Iterable[str] = (),
 ) -> Document:
-    """Return the document of a result, with further remarks, printed values, and tables of changes
-    since the inspection before with warnings about them.
+    """Return the document of a result, with further remarks, and tables of changes since the
+    inspection before with warnings about them.
     """
     limits = [
         (e.get("phase", ""), limit) for e in result["records"] for limit in e.get("limits", ())
@@ -299,7 +281,7 @@ def document_of(
     shown, every = shown_of(result), operations_of(result["records"])
     if more := len(every) - len(shown):
         said = [*said, say("more-operations", count=more, shown=_SHOWN)]
-    parts = [measured_table(title_of(group), group, printed or {}) for group in shown]
+    parts = [measured_table(title_of(group), group) for group in shown]
     parts += [limits_table(limits), Table(title="Simultaneity of poles", notes=poles)]
     after = [*changes, remarks_table(result, said), rejected_table(result), state_table(result)]
     warnings = [*grouped((("", note) for note in result["warnings"]), ()), *doubts]

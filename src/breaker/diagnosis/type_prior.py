@@ -30,7 +30,7 @@ from breaker.model.parameters import MOTIONS, NAMES, Size
 from breaker.model.prior import Prior
 from breaker.model.sensor import Sensor
 from breaker.records.files import printable
-from breaker.records.folder import is_folder, list_fleet, list_operations
+from breaker.records.folder import list_fleet, list_operations
 from breaker.records.operations import MANIFEST, Operation
 from breaker.shipped import HELD_BACK
 
@@ -101,7 +101,7 @@ def list_type(
         if os.path.lexists(Path(folder, MANIFEST)):
             own = [row for some in list_fleet(folder).values() for row in some if row[0] in motions]
         else:  # a breaker may have records of one motion alone
-            there = [motion for motion in motions if is_folder(Path(folder, motion))]
+            there = [motion for motion in motions if Path(folder, motion).is_dir()]
             own = [(motion, e) for motion in there for e in list_operations(folder, motion)]
         if not own:
             about = {"folder": name, "motions": " or ".join(motions)}

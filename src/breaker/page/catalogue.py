@@ -9,7 +9,6 @@ from breaker.common.numerals import natural
 from breaker.page.choices import id_of, name_of
 from breaker.records.dates import one_date
 from breaker.records.file_names import phases_in_names
-from breaker.records.files import is_store
 from breaker.records.folder import record_files
 from breaker.records.formats.comtrade import lone_data
 from breaker.records.operations import MANIFEST
@@ -56,7 +55,7 @@ def find_files(folder: Path) -> dict[str, str]:
     """
     found: dict[str, str] = {}
     for place, folders, names in os.walk(folder):
-        folders[:] = sorted(e for e in folders if not e.startswith(".") and not is_store(e))
+        folders[:] = sorted(e for e in folders if not e.startswith("."))
         if MANIFEST in names:
             folders[:] = []
             found[id_of(os.path.relpath(place, folder))] = place

@@ -25,7 +25,7 @@ from breaker.page.choices import Choices, SettingRow, id_of, overlay_text, rows_
 from breaker.page.types import read_types
 from breaker.records.description import describe_file
 from breaker.records.files import Files, printable
-from breaker.records.folder import is_folder, record_files
+from breaker.records.folder import record_files
 from breaker.records.formats.registry import look_into
 from breaker.records.operations import MANIFEST
 from breaker.records.proposal import Proposal, inspect_file
@@ -125,7 +125,7 @@ class Session:
     ) -> None:
         self.named, self.overlays, self.commands = named, [*overlays], commands
         self.own, self.dropped = Path(own), Path(own, "dropped")
-        if is_folder(named):
+        if os.path.isdir(named):
             os.listdir(named)  # one that may not be read is refused before a page is opened
         elif not os.path.exists(named):
             raise FileNotFoundError(f"there is no {printable(named)}; name a folder of exports")
@@ -148,7 +148,7 @@ class Session:
         Raises:
             MissingError: If the folder is not there any more.
         """
-        if is_folder(self.named):
+        if os.path.isdir(self.named):
             found = find_files(Path(self.named))
         elif os.path.exists(self.named):
             found = {id_of(Path(self.named).name): self.named}
@@ -244,7 +244,7 @@ class Session:
         same: Hashable,
     ) -> Shown:
         config = self.config
-        first = files[0] if not is_folder(files[0]) else next(iter(record_files(files[0])), "")
+        first = files[0] if not os.path.isdir(files[0]) else next(iter(record_files(files[0])), "")
         sheet, proposal, trouble = _propose(first, opened, config)
         own = config["endurance"]["format"]
         configured = proposal is None or own != FORMAT
@@ -297,14 +297,14 @@ class Session:
     def type_of(self, choices: Choices, files: Sequence[str] = ()) -> str:
         """Return the type of the breaker: the one that is chosen, or else stated by its file."""
         first = (files or self._paths(choices.files))[0]
-        if choices.type or is_folder(first):
+        if choices.type or os.path.isdir(first):
             return choices.type
         return self._description_of(first).preamble.type
 
     def _description_of(self, path: str) -> Description:
         state = _state(path)
         if state not in self._described:
-            self._described[state] = Description() if is_folder(path) else describe_file(path)
+            self._described[state] = Description() if os.path.isdir(path) else describe_file(path)
         return self._described[state]
 
     def diagnosis(self, choices: Choices, state: str = "") -> Diagnosis:

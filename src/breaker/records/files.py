@@ -3,6 +3,7 @@
 import os
 import stat
 from collections.abc import Callable, Hashable
+from contextlib import suppress
 from pathlib import Path
 from typing import TypeVar
 
@@ -12,9 +13,7 @@ LARGEST = 64 * 2**20
 MOST_COLUMNS = 300
 """Columns of the widest table; exports have at most a tenth of it."""
 
-MOST_PARTS = 10_000
-"""Parts of a folder, and chunks, of one record: 300 columns of 10 chunks take a third of it."""
-
+_KEPT = LARGEST // 4  # bytes of files that stay opened: their numbers may take ten times as many
 _MOST_SAMPLES = 1_200_000  # a record of 10 s at 100 kHz has a million
 
 _REMEDY = "export the record alone, with fewer channels or at a lower rate"
@@ -66,35 +65,6 @@ def read_bytes(file: str | Path) -> bytes:
     return content
 
 
-def is_store(file: str | Path) -> bool:
-    """Return whether a record of this name is a folder, by its ending."""
-    return Path(file).suffix.lower() == ".zarr"
-
-
-def check_store(folder: str | Path) -> None:
-    """Reject a record that is no folder, has more parts or bytes than a record, or has parts that
-    are neither folders nor files.
-    """
-    if not os.path.isdir(folder):
-        raise RejectedCurveError(folder, "is not there, or not a folder; name that of the store")
-    count = size = 0
-    for place, folders, names in os.walk(folder):
-        for part in (os.path.join(place, name) for name in [*folders, *names]):
-            state, count = os.lstat(part), count + 1
-            if not (stat.S_ISREG(state.st_mode) or stat.S_ISDIR(state.st_mode)):
-                why = f"its part {os.path.relpath(part, folder)} is a link, a pipe or a device"
-                raise RejectedCurveError(folder, f"{why}; put the file or folder itself there")
-            size += state.st_size
-        check_parts(folder, count)
-        check_bytes(folder, size)
-
-
-def check_parts(file: str | Path, count: int) -> None:
-    """Reject more parts than ``MOST_PARTS``."""
-    if count > MOST_PARTS:
-        raise RejectedCurveError(file, f"has {count:,} parts; export the record in larger chunks")
-
-
 def check_bytes(file: str | Path, size: int) -> None:
     """Reject more bytes than ``LARGEST``."""
     if size > LARGEST:
@@ -123,12 +93,6 @@ class Opened:
         self._results: dict[Hashable, object] = {}
 
     @property
-    def size(self) -> int:
-        """Bytes that are kept: contents of files, and arrays."""
-        kept = self._results.values()
-        return sum(len(e) if isinstance(e, bytes) else getattr(e, "nbytes", 0) for e in kept)
-
-    @property
     def content(self) -> bytes:
         """Its bytes; raises as ``read_bytes``."""
         return self.beside(self.file)
@@ -150,17 +114,18 @@ def as_opened(file: str | Path | Opened) -> Opened:
 
 
 class Files:
-    """Files of a command, each opened once; they are kept until they exceed ``LARGEST`` bytes."""
+    """Files of a command, each opened once; the last ones are kept."""
 
     def __init__(self) -> None:
         self._opened: dict[str, Opened] = {}
-        self._last, self._size = Opened(""), 0
+        self._size = 0
 
     def __getitem__(self, file: str | Path) -> Opened:
         """Return a file as one that is opened."""
         if (name := str(file)) not in self._opened:
-            self._size += self._last.size
-            if self._size > LARGEST:
+            with suppress(OSError):
+                self._size += os.path.getsize(file)
+            if self._size > _KEPT:
                 self._opened, self._size = {}, 0
-            self._last = self._opened[name] = Opened(file)
+            self._opened[name] = Opened(file)
         return self._opened[name]

@@ -19,7 +19,7 @@ from statistics import fmean
 from breaker.common.numerals import first_of, natural
 from breaker.model.quantities import CONDITIONS
 from breaker.records.file_names import numbers_in
-from breaker.records.files import is_store, printable
+from breaker.records.files import printable
 from breaker.records.formats.registry import ENDINGS, records_in
 from breaker.records.operations import MANIFEST, SHOWN, Operation, read_manifest
 
@@ -41,11 +41,6 @@ def record_files(folder: str | Path) -> list[Path]:
         and not name.startswith((".", "~$"))
         and name != MANIFEST
     ]
-
-
-def is_folder(name: str | Path) -> bool:
-    """Return whether a name is that of a folder that is not itself a record."""
-    return os.path.isdir(name) and not is_store(name)
 
 
 def each_once(paths: Iterable[str | Path]) -> list:
@@ -198,9 +193,7 @@ def fingerprint(operations: Iterable[Operation]) -> str:
 
 
 def _states(file: Path) -> list[tuple]:
-    data = [file.with_suffix(end) for end in (".dat", ".DAT")]
-    parts = sorted(file.rglob("*")) if is_store(file) else []
-    return [_state(part) for part in (file, *data, *parts)]
+    return [_state(part) for part in (file, *map(file.with_suffix, (".dat", ".DAT")))]
 
 
 def _state(file: Path) -> tuple[str, int, int]:

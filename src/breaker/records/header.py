@@ -1,39 +1,62 @@
-"""Contents of the text above the samples: the rate, the breaker, the test, and its results.
+"""Contents of the text above the samples: the rate, the breaker, the test, the stroke.
 
-Nothing is guessed: what is not stated is missing, and what contradicts itself is a doubt.
+Names and values are pairs, whatever sign or cell separates them. What is not stated is missing, and
+what contradicts itself is a doubt.
 """
 
 import math
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import lru_cache
+from typing import NamedTuple
 
 from breaker.common.numerals import in_digits
+from breaker.model.quantities import EVENTS, Speed
+from breaker.records import words
 from breaker.records.dates import clock_of, dates_of, day_order, in_order
-from breaker.records.header_pairs import Pair, line_of, number_of, pairs_of
-from breaker.records.printed import Printed, printed_in
-from breaker.records.settings import RATES, SAME_RATE, TO_MS
-from breaker.records.words import (
-    PHASE,
-    WORDS,
-    any_of,
-    by_words,
-    channel_of,
-    phase_in,
-    sequence_of,
-    unit_of,
-)
+from breaker.records.settings import RATES, SAME_RATE, TO_MM, TO_MS
+from breaker.records.words import PHASE, WORDS, phase_in, unit_of
 
 _MOST = (400, 60, 300)  # lines, cells in a line and signs in a cell that are read: bounds the time
-_meant = by_words(WORDS["stated"])
-_rates_in = by_words(WORDS["rate_words"])
-_LABEL = any_of(WORDS["labels"]["stated channel"])
+_meant = words.by_words(WORDS["stated"])
+_rates_in = words.by_words(WORDS["rate_words"])
+_LABEL = words.any_of(WORDS["labels"]["stated channel"])
 _CHANNEL = re.compile(rf"(?:phase (?:of )?)?{_LABEL}\W*(\d+)(?:\W*(?:phase|name))*")
 _OF_BREAK = re.compile(rf"\b(?:{PHASE})-[0-9](?: \w{{2,}}(?!-))?")  # such as Y-1 CT
 _KHZ = {
     kind: {unit: size for size, units in WORDS[kind].items() for unit in units.split()}
     for kind in ("frequencies", "sample_rates")
 }
+
+_SIGN = r"(?:(?<!\d)[:=：]|[:=：](?!\d))"  # not that of a time or a ratio
+_SIGNED = re.compile(rf"([^\W\d_].*?)\s*{_SIGN}\s*(.*)")
+_SPLIT = re.compile(rf"[\t;|]|\s{{2,}}|,(?=\s*[^\W\d_][^,:=]*{_SIGN})")
+_NUMBER = r"[-+]?\d+(?:[.,]\d+)*(?:[eE][-+]?\d+)?"
+_VALUE = re.compile(rf"({_NUMBER}|[-+]?[.,]\d+)[.,]?\s*([^\d\s:,;.]\S{{0,11}})?")
+_GROUPS = re.compile(r"[-+]?\d{1,3}(?:[.,]\d{3})+")
+_BEHIND = re.compile(rf"([^\W\d_].*[^\d\s,:.-])[\s,]+({_NUMBER}\s*[^\d\s]{{0,11}})")
+_TAG = re.compile(r"[A-Za-z]{1,3}[\W_]?\d{1,2}")  # of a channel, in brackets next to the unit
+_UNIT = re.compile(r"\s*[\[(]([^\[\]()]{1,12})[\])]\s*")
+
+
+class Pair(NamedTuple):
+    """A name without its unit, the unit, and the values behind it."""
+
+    name: str
+    unit: str
+    values: tuple[str, ...]
+
+    @property
+    def text(self) -> str:
+        """First value, empty where there is none."""
+        return self.values[0] if self.values else ""
+
+    def number(self, decimal: str = ".") -> tuple[float, str]:
+        """Return the first value as a number, NaN where it is not a number, and its unit."""
+        number, unit = _number_of(self.text, decimal)
+        behind = self.values[1] if len(self.values) == 2 and not self.values[1][0].isdigit() else ""
+        return number, unit or self.unit or behind
 
 
 @dataclass(frozen=True)
@@ -43,11 +66,12 @@ class Header:
     Attributes:
         rate, rate_doubt: Sampling rate, kHz; NaN where it is not clear, and why.
         length: Duration of the record, ms; NaN without a unit, as it may be in samples, ms or s.
-        ratio: Ratio of the linkage; whether samples are multiplied by it no file states.
+        ratio: Ratio of the linkage. No file states whether its samples are multiplied by it.
         dates: Date of the test as ISO 8601; two where the order of day and month is not known.
         operation: Motions, such as ``"C-O"``.
         phases: Names of phases by number of the channel, from 1; by 0 that of all.
-        speed_points: Statements of points between which speeds are means.
+        strokes: Strokes that the analyser measured, mm, of any channel and motion.
+        speeds: Speeds by motion, between two points that are stated in % of the stroke.
     """
 
     pairs: tuple[Pair, ...] = ()
@@ -63,12 +87,12 @@ class Header:
     serial: str = ""
     operation: str = ""
     phases: Mapping[int, str] = field(default_factory=dict)
-    speed_points: tuple[Pair, ...] = ()
-    results: tuple[Printed, ...] = ()
+    strokes: tuple[float, ...] = ()
+    speeds: Mapping[str, Speed] = field(default_factory=dict)
 
     def phase_of(self, column: str | int) -> str:
         """Return the phase of a column of travel by its name or what is stated of it, or ""."""
-        stated = self.phases.get(channel_of(str(column)), self.phases.get(0, ""))
+        stated = self.phases.get(words.channel_of(str(column)), self.phases.get(0, ""))
         return phase_in(str(column)) or stated
 
 
@@ -85,9 +109,9 @@ def header_of(rows: Sequence[Sequence[str]], decimal: str = ".", samples: int = 
     >>> header_of(rows).rate, header_of(rows).serial
     (10.0, '17')
     """
-    lines = [line_of([cell[: _MOST[2]] for cell in row[: _MOST[1]]]) for row in rows[: _MOST[0]]]
-    pairs = pairs_of(lines)
-    operations = {sequence_of(pair.text) for pair in stated_as(pairs, "operation")} - {""}
+    kept = ([cell[: _MOST[2]] for cell in row[: _MOST[1]]] for row in rows[: _MOST[0]])
+    pairs = [pair for row in kept for pair in _pairs_in(row)]
+    operations = {words.sequence_of(pair.text) for pair in stated_as(pairs, "operation")} - {""}
     length, unit = next((p.number(decimal) for p in stated_as(pairs, "length")), (math.nan, ""))
     length *= TO_MS.get(unit_of(unit) or "", math.nan)
     rate, doubt = _rate(pairs, decimal, samples / length if samples and length > 0 else math.nan)
@@ -101,8 +125,8 @@ def header_of(rows: Sequence[Sequence[str]], decimal: str = ".", samples: int = 
         dates=_dates(pairs),
         operation=operations.pop() if len(operations) == 1 else "",
         phases=_phases(pairs),
-        speed_points=tuple(stated_as(pairs, "point of speed")),
-        results=printed_in(lines, decimal),
+        strokes=_strokes(pairs, decimal),
+        speeds=_speeds(stated_as(pairs, "point of speed")),
         **{key: _first_of(pairs, key) for key in ("station", "bay", "type", "serial")},
     )
 
@@ -122,7 +146,7 @@ def _ratio(pairs: Iterable[Pair], decimal: str) -> float:
     """Return the ratio; NaN where channels differ in it."""
     texts = [value for pair in stated_as(pairs, "ratio") for value in pair.values]
     texts = [re.sub(r"^1\s*:\s*|\s*:\s*1$", "", text) for text in texts]
-    ratios = {number for number, _ in (number_of(text, decimal) for text in texts) if number > 0}
+    ratios = {number for number, _ in (_number_of(text, decimal) for text in texts) if number > 0}
     return ratios.pop() if len(ratios) == 1 else math.nan
 
 
@@ -188,3 +212,97 @@ def _rate_in(pair: Pair, decimal: str) -> tuple[float, bool]:
         return number * sizes.get(bare, math.nan), True
     # Thousands without a unit are Hz: no recorder takes as many in a ms.
     return (number, False) if number <= RATES[1] else (1e-3 * number, True)
+
+
+def _strokes(pairs: Iterable[Pair], decimal: str) -> tuple[float, ...]:
+    """Return the measured strokes, mm, of names that state one, each with its unit."""
+    strokes = []
+    for pair in stated_as(pairs, "stroke"):
+        if "other stroke" in _meant(pair.name):
+            continue
+        numbers = [_number_of(value, decimal) for value in pair.values]
+        units = [pair.unit, *pair.values, *(unit for _, unit in numbers)]
+        size = next((TO_MM[unit] for unit in map(unit_of, units) if unit in TO_MM), math.nan)
+        strokes += [size * number for number, _ in numbers if size * number > 0]
+    return tuple(strokes)
+
+
+def _speeds(points: Sequence[Pair]) -> dict[str, Speed]:
+    """Return the speeds whose two points are shares of the stroke."""
+    speeds, shares_of = {}, {*WORDS["share_of_stroke"]}
+    usual = "%" if any({p.text.strip(), p.unit} & shares_of for p in points) else ""
+    for motion in EVENTS:
+        own = [p.number() for p in points if words.motion_of(p.name) in (motion, "")]
+        shares = [number for number, unit in own if number > 0 and (unit or usual) == "%"]
+        if len(shares) == 2 and shares[0] < shares[1] < 100:
+            ends = [f"{share:g} % of stroke" for share in shares]
+            speeds[motion] = Speed.read(f"{motion}_speed", ends)
+    return speeds
+
+
+# ---- names and values ----------------------------------------------------------------------------
+
+
+def _pairs_in(row: Sequence[str]) -> list[Pair]:
+    """Return the pairs of a line by its cells; values before a name belong to none."""
+    found: list[tuple[str, list[str]]] = []
+    for text, named in _tokens([part for cell in row for part in _parts(cell)]):
+        if named:
+            found.append((text, []))
+        elif text and found:
+            found[-1][1].append(text)
+    return [Pair(*_name_of(name), tuple(values)) for name, values in found]
+
+
+def _tokens(cells: Sequence[str]) -> Iterable[tuple[str, bool]]:
+    """Return the parts of a line, and whether they are names. Without a sign a name is first or
+    behind a blank cell, or names and values stand in turn.
+    """
+    if any(map(_SIGNED.match, cells)):
+        return [token for cell in cells for token in _signed(cell)]
+    if behind := _BEHIND.fullmatch("".join(cells)) if len([*filter(None, cells)]) == 1 else None:
+        return (behind[1], True), (behind[2], False)
+    if len(cells) % 2 == 0 and all(cells) and all(cell[0].isalpha() for cell in cells[::2]):
+        return [(cell, place % 2 == 0) for place, cell in enumerate(cells)]
+    around = zip(["", *cells], cells, [*cells[1:], ""], strict=False)
+    return [(cell, not before and after and cell[:1].isalpha()) for before, cell, after in around]
+
+
+def _signed(cell: str) -> Iterator[tuple[str, bool]]:
+    """Split a cell at its signs into names and a value; a cell without a sign is a value."""
+    while match := _SIGNED.match(cell):
+        yield match[1], True
+        cell = match[2].lstrip(" ,")
+    yield cell, False
+
+
+@lru_cache(maxsize=4096)
+def _parts(cell: str) -> list[str]:
+    """Split a cell that is a line with another delimiter."""
+    cell = cell.replace('"', "").strip(" \t,")
+    cell = re.sub(r"\s*([:=：])(?=\s|$)\s*", r"\1 ", cell.lstrip("#%! ") or cell)
+    return [part.strip(" ,") for part in _SPLIT.split(cell)]
+
+
+@lru_cache(maxsize=4096)  # files of a folder have the same names
+def _name_of(text: str) -> tuple[str, str]:
+    """Return a name without its unit, and the unit; a channel in brackets belongs to the name."""
+    brackets = [each[1].strip() for each in _UNIT.finditer(text)]
+    if not brackets:
+        bare, unit = (text, "") if "/" in text else words.split_unit(text)
+        return (bare, unit or "") if bare else (text, "")
+    label = next(filter(_TAG.fullmatch, brackets), "") if len(brackets) > 1 else ""
+    unit = next((each for each in brackets if each != label), "")
+    return f"{_UNIT.sub(' ', text).strip()} {label}".strip(), unit
+
+
+def _number_of(text: str, decimal: str) -> tuple[float, str]:
+    """Return a text as a number, NaN where it is not a number, and the unit behind it."""
+    match = _VALUE.fullmatch(text.strip())
+    if match is None:
+        return math.nan, ""
+    digits, unit = match[1], (match[2] or "").strip("[]()")
+    if _GROUPS.fullmatch(digits) and decimal not in digits:
+        digits = re.sub("[.,]", "", digits)
+    digits = digits.replace(",", ".")
+    return (float(digits) if digits.count(".") < 2 else math.nan), unit

@@ -57,7 +57,7 @@ def list_named(
     listed: dict[str, list[Operation]] = {motion: [] for motion in choice.motions}
     loose: list[Path] = []
     for place in map(Path, named):
-        if not folder.is_folder(place):
+        if not place.is_dir():
             loose.append(place)
         elif any(os.path.lexists(place / name) for name in (MANIFEST, *MOTIONS)):
             for motion, some in _in_folder(place, endurance, choice).items():

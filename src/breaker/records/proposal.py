@@ -7,7 +7,6 @@ of a degree, has to be filled in; to try all else, a number stands in for it.
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 from pathlib import Path
 from statistics import mode
 
@@ -22,14 +21,12 @@ from breaker.records.axes import Scale
 from breaker.records.channels import Clock, Travel
 from breaker.records.curves import Grid, put_on_grid
 from breaker.records.files import Files, RejectedCurveError
-from breaker.records.printed import PrintedComparison, compare_printed
 from breaker.records.reader import Reader
 from breaker.records.settings import FORMAT, TO_MM
 from breaker.records.sheet import Sheet
 from breaker.records.words import BESIDE
 
 _USUAL = 15.0  # mm: a stroke that stands in where no mm are known
-_COMPARED = "  {:<12}  {:<8}  {:<16}  {:>9}  {:>9}  {:<6}  {:<1}"
 _MOTIONS = "  {:<12}  {:<8}  {:>12}  {:>9}  {:>9}  {:>8}  {:>8}  {:<1}"
 _BESIDE = "  {:<12}  {:<8}  {}  {:<1}"
 _LINE = {"default_flow_style": True, "width": np.inf, "sort_keys": False}
@@ -58,11 +55,6 @@ class Proposal:
     def is_read(self) -> bool:
         """Whether the settings read a motion, or may once the rate is filled in."""
         return "rate" in self.lacking or any(motion.record for motion in self.motions)
-
-    @cached_property
-    def compared(self) -> list[PrintedComparison]:
-        """Printed results, and what is measured; none while a setting is lacking."""
-        return compare_printed(self.layout, self.travels, [] if self.lacking else self.motions)
 
 
 def inspect_file(
@@ -131,7 +123,7 @@ def words_of(proposal: Proposal) -> Document:
         at = f"time in column {sheet.column(clock.place)!r}, {clock.unit or 'an unknown unit'}"
     rate = "rate not known" if np.isnan(clock.rate) else f"{in_digits(clock.rate, 6)} kHz"
     size = f"{len(sheet.columns)} columns, {sheet.columns[0].size} samples"
-    tables = _motions(proposal), _wired(proposal), _compared(proposal)
+    tables = _motions(proposal), _wired(proposal)
     remarks, ratio = [*proposal.remarks], sheet.stated.ratio
     if {**FORMAT, **proposal.settings}["travel_unit"] in TO_MM and abs(ratio - 1.0) > 0.0:
         how = "if the stroke lacks it, set endurance.format.ratio"
@@ -181,19 +173,3 @@ def _wired(proposal: Proposal) -> Table:
         if contact or coil or motor:
             rows[str(motion.column), motion.motion, f"{contact}{current}", f"{coil}{motor}"] = None
     return Table(rows=[*rows], title="  contacts and coils of each travel", form=_BESIDE)
-
-
-def _compared(proposal: Proposal) -> Table:
-    """Results of the analyser with those measured here; a mark where they differ."""
-    rows = []
-    for each in proposal.compared:
-        quantity, _, channel, value, unit, *_ = each.printed
-        named = str(each.column) or channel, each.motion, quantity.replace("_", " ")
-        measured, differs = "", each.reason
-        if np.isfinite(each.measured):
-            measured = in_digits(each.measured, 4)
-            differs = f"{each.difference:+.1%}{'  <' if each.differs else ''}"
-        rows.append((*named, in_digits(value, 4), measured, unit, differs))
-    title = "  results of the analyser, and those measured here"
-    heads = ("column", "motion", "quantity", "printed", "measured", "unit", "differs")
-    return Table(heads, rows, title, form=_COMPARED)

@@ -40,6 +40,10 @@ from breaker.records.words import BESIDE, MOTION_OF, amperes_of, holds
 
 _MANY = 100  # records from which progress is shown: they take more than a second
 _SAME_LENGTH = 0.02  # share by which lengths may differ, which are printed rounded
+_SAME_STROKE, _ROUNDED = (
+    0.02,
+    0.5,
+)  # share and mm by which strokes may: wrong ratios are off by more
 
 
 class _Samples(NamedTuple):
@@ -99,8 +103,11 @@ class Reader:
         try:
             samples = self._samples_of(full)
             doubts = doubts_in_words(samples.time, samples.doubts)
-            warning = _contradiction(full, samples, motion, self.header(operation))
-            return _locate(full, samples, motion, stated, warning)
+            header = self.header(operation)
+            warning = _contradiction(full, samples, motion, header)
+            record = _locate(full, samples, motion, stated, warning)
+            other = _other_stroke(full, record.segment.stroke, header.strokes)
+            return replace(record, warning=warning or other)
         except UnusableError as error:
             reason = f"{error}; left out: {doubts}" if doubts else str(error)
             raise RejectedCurveError(operation.file, reason, line=error.line) from error
@@ -245,3 +252,14 @@ def _contradiction(operation: Operation, samples: _Samples, motion: str, header:
     elif not timed and abs(samples.time.size / rate / header.length - 1.0) > _SAME_LENGTH:
         states = f"states {in_digits(header.length, 4)} ms, and has {samples.time.size / rate:.4g}"
     return f"{printable(operation.file)} {states}" if states else ""
+
+
+def _other_stroke(operation: Operation, stroke: float, stated: Sequence[float]) -> str:
+    """Return a warning where none of the strokes that a file states is that of the record."""
+    if not stated or min(abs(each - stroke) for each in stated) <= _SAME_STROKE * stroke + _ROUNDED:
+        return ""
+    strokes = " and ".join(dict.fromkeys(in_digits(each, 4) for each in stated))
+    return (
+        f"{printable(operation.file)} states a stroke of {strokes} mm, and is read with "
+        f"{in_digits(stroke, 4)} mm: check the unit, the ratio and the channel"
+    )

@@ -64,11 +64,6 @@ class Sheet:
         if self.lines is None and columns:
             object.__setattr__(self, "lines", np.arange(1, columns[0].size + 1))
 
-    @property
-    def nbytes(self) -> int:
-        """Bytes of its columns."""
-        return sum(column.nbytes for column in self.columns)
-
     @cached_property
     def units(self) -> list[str | None]:
         """Unit of each column as the settings call it; None where none is known."""
@@ -120,17 +115,6 @@ class Columns:
     beside: Mapping[str, np.ndarray]
     sizes: Mapping[str, float]
     sheet: Sheet
-
-    @property
-    def arrays(self) -> list[np.ndarray]:
-        """All columns."""
-        times = [] if self.time is None else [self.time]
-        return [*times, self.travel, self.lines, *self.beside.values()]
-
-    @property
-    def nbytes(self) -> int:
-        """Bytes of its arrays, and of the sheet."""
-        return self.sheet.nbytes + sum(array.nbytes for array in self.arrays)
 
 
 def columns_of(sheet: Sheet, settings: Mapping) -> Columns:

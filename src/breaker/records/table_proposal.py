@@ -18,7 +18,7 @@ from breaker.model.parameters import MOTIONS
 from breaker.model.quantities import ABOUT
 from breaker.records.dates import dates_of, day_order, in_order
 from breaker.records.file_names import numbers_in, phases_in_names
-from breaker.records.files import Opened, is_store, printable
+from breaker.records.files import Opened, printable
 from breaker.records.folder import record_files
 from breaker.records.formats.lines import RecordLine
 from breaker.records.formats.registry import records_in
@@ -127,7 +127,7 @@ def _files(folder: Path, look: _Look, remarks: list[str]) -> list[_File]:
     """
     first: dict[str, tuple[str, _File]] = {}
     for place, folders, _ in os.walk(folder):
-        folders[:] = sorted(e for e in folders if not e.startswith(".") and not is_store(e))
+        folders[:] = sorted(e for e in folders if not e.startswith("."))
         for file in sorted(record_files(place), key=natural):
             path, opened = file.relative_to(folder).as_posix(), Opened(file)
             parts = path.split("/")[:-1]

@@ -1,17 +1,15 @@
 """Texts with one record on each line, as monitors and benches for endurance tests save them.
 
 On a line stand the number of the operation, its date, the interval between samples, and then all
-values: in named fields (``ID:1;Interval (ms):0.4;Values:1204,1201``), as an object of JSON with one
-list, or below a line of names, the last of which is that of the values. A file has thousands of
-records: a line is read when it is asked for.
+values: in named fields (``ID:1;Interval (ms):0.4;Values:1204,1201``), or below a line of names, the
+last of which is that of the values. A file has thousands of records: a line is read when it is
+asked for.
 """
 
 from __future__ import annotations
 
-import json
 import re
 from collections.abc import Mapping, Sequence
-from contextlib import suppress
 from typing import NamedTuple
 
 from breaker.common.computing import np
@@ -25,7 +23,6 @@ from breaker.records.sheet import Sheet
 
 _SOME = 2000  # signs of values that show their delimiter and decimal sign
 _FIELDS = re.compile(r"(.*[;|\t,])?\s*([^\W\d][^:=;|\t,]*)[:=]([^:=]*)")  # before, name, values
-_JSON = b"{"
 
 
 class RecordLine(NamedTuple):
@@ -65,20 +62,19 @@ def _form_of(opened: Opened) -> _Form | None:
         return None  # nothing, short lines, or lines that end otherwise
     encoding = encoding_of(b"\n".join(first))
     head, last = (line.decode(encoding, errors="replace").strip() for line in (first[0], first[-1]))
-    delimiter, decimal, names, between = ",", ".", [], ""
-    if not first[-1].lstrip().startswith(_JSON):
-        if fields := _FIELDS.fullmatch(last):
-            values = fields[3]
-        else:
-            between = next((sign for sign in DELIMITERS if sign in head), ";")
-            names = _cells(head, between)
-            values = _cells(last, between, len(names) - 1)[-1]
-        delimiter, decimal = signs_of([values[:_SOME]])
-        cells = _cells(values, delimiter)
-        if sum(is_number(cell, decimal) for cell in cells[:_SOME]) < FEWEST:
-            return None
-        if not fields and not (len(first) > 1 and 2 <= len(names) < len(cells) / 2 and all(names)):
-            return None
+    names, between = [], ""
+    if fields := _FIELDS.fullmatch(last):
+        values = fields[3]
+    else:
+        between = next((sign for sign in DELIMITERS if sign in head), ";")
+        names = _cells(head, between)
+        values = _cells(last, between, len(names) - 1)[-1]
+    delimiter, decimal = signs_of([values[:_SOME]])
+    cells = _cells(values, delimiter)
+    if sum(is_number(cell, decimal) for cell in cells[:_SOME]) < FEWEST:
+        return None
+    if not fields and not (len(first) > 1 and 2 <= len(names) < len(cells) / 2 and all(names)):
+        return None
     check_lines(opened.file, opened.content)
     lines = enumerate(map(bytes.strip, opened.content.split(b"\n")), start=1)
     records = {number: line for number, line in lines if line}
@@ -120,10 +116,7 @@ def read(opened: Opened, form: Mapping) -> list[Sheet]:
     file, own = opened.file, form_of(opened)
     line = form.get("line") or next(iter(own.records), 0)
     signs = own.signs | {key: form[key] for key in own.signs if key in form}
-    record = own.records.get(line, b"")
-    if record.startswith(_JSON):
-        signs |= {"delimiter": ",", "decimal": "."}
-    fields, name, values = _split(own._replace(signs=signs), record)
+    fields, name, values = _split(own._replace(signs=signs), own.records.get(line, b""))
     cells, decimal = _cells(values, signs["delimiter"]), signs["decimal"]
     if not name:
         reason = "has no record on this line; write on each its values as one list, of one name"
@@ -157,8 +150,6 @@ def _split(form: _Form, line: bytes) -> tuple[list[tuple[str, str]], str, str]:
     are empty where it is none.
     """
     text = line.decode(form.signs["encoding"], errors="replace")
-    if line.startswith(_JSON):
-        return _in_json(text)
     if form.names:
         last = len(form.names) - 1
         *cells, values = _cells(text, form.between, last)
@@ -172,15 +163,3 @@ def _split(form: _Form, line: bytes) -> tuple[list[tuple[str, str]], str, str]:
     pairs = (re.split("[:=]", part, maxsplit=1) for part in parts)
     stated = [(pair[0].strip(' "'), pair[1].strip(' "')) for pair in pairs if len(pair) > 1]
     return stated, name.strip(' "'), text[head:]
-
-
-def _in_json(text: str) -> tuple[list[tuple[str, str]], str, str]:
-    """The same of an object with one list."""
-    record: Mapping = {}
-    with suppress(ValueError, RecursionError):
-        record = json.loads(text)
-    several = [name for name, value in record.items() if isinstance(value, list)]
-    if len(several) != 1:
-        return [], "", ""
-    values = ",".join("" if value is None else str(value) for value in record[several[0]])
-    return [(k, str(v)) for k, v in record.items() if k != several[0]], several[0], values

@@ -1,4 +1,4 @@
-"""Curve files of labelled arrays: NetCDF, HDF5 and Zarr (the extra ``netcdf``).
+"""Curve files of labelled arrays: NetCDF and HDF5 (the extra ``netcdf``).
 
 Variables of the root are read; groups are not looked into, links are refused. Sizes are checked
 before numbers are read.
@@ -13,15 +13,7 @@ from collections.abc import Mapping, Sequence
 from math import prod
 
 from breaker.common.computing import np
-from breaker.records.files import (
-    Opened,
-    RejectedCurveError,
-    check_bytes,
-    check_parts,
-    check_size,
-    check_store,
-    is_store,
-)
+from breaker.records.files import Opened, RejectedCurveError, check_bytes, check_size
 from breaker.records.sheet import Sheet
 
 _HDF5 = b"\x89HDF\r\n\x1a\n"  # first bytes of version 4
@@ -35,9 +27,7 @@ def read(opened: Opened, form: Mapping) -> list[Sheet]:
     """Return the variables of numbers along each dimension, those along the longest one first: see
     ``registry``. The time is the coordinate of a dimension, unless another variable has its name.
     """
-    if is_store(opened.file):
-        attributes, variables = _in_store(opened)
-    elif opened.content.startswith(_HDF5):
+    if opened.content.startswith(_HDF5):
         attributes, variables = _in_hdf5(opened)
     else:
         attributes, variables = _in_version_3(opened)
@@ -121,27 +111,6 @@ def _in_hdf5(opened: Opened) -> tuple[Mapping, dict[str, _Variable]]:
             about = {key: array.attrs[key] for key in _ABOUT if key in array.attrs}
             variables[name] = along, about, array[()]
         return dict(file.attrs), variables
-
-
-def _in_store(opened: Opened) -> tuple[Mapping, dict[str, _Variable]]:
-    """The same of a Zarr store."""
-    check_store(opened.file)
-    import zarr
-
-    store = zarr.open_group(str(opened.file), mode="r")
-    arrays = {name: each for name, each in store.arrays() if each.dtype.kind in "iuf"}
-    check_bytes(opened.file, sum(each.nbytes for each in arrays.values()))
-    check_parts(opened.file, sum(each.nchunks for each in arrays.values()))
-    variables = {}
-    for name, array in arrays.items():
-        check_bytes(opened.file, prod(array.shards or array.chunks) * array.dtype.itemsize)
-        along = getattr(array.metadata, "dimension_names", None)
-        along = along or array.attrs.get("_ARRAY_DIMENSIONS") or [*map(str, array.shape)]
-        about = dict(array.attrs)
-        if array.metadata.zarr_format == 2 and array.fill_value:
-            about["_FillValue"] = array.fill_value  # in version 2, it stands for missing samples
-        variables[name] = along, about, array[...]
-    return dict(store.attrs), variables
 
 
 def _check_texts(opened: Opened) -> None:

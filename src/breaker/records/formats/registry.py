@@ -1,23 +1,24 @@
 """The formats of curve files: whatever the format, sheets come out.
 
-A format is a module with ``read``, which is imported when a file of the format is read. Here stands
-what tells files of the formats apart. Other distributions add modules that state this themselves,
+A format is a module with ``read``, which is imported when a file of the format is read. This module
+knows by which ending and first bytes. Other distributions add modules that state these themselves,
 by the entry points ``breaker.formats``: ``example_format`` is a complete one to copy. Each format
 passes the tests of ``tests/records/format_contract.py``.
 """
 
 import logging
 import warnings
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
+from importlib import import_module
 from importlib.metadata import entry_points
 from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, NamedTuple
 
 from breaker import DISTRIBUTION
-from breaker.records.files import Opened, RejectedCurveError, as_opened, is_store
+from breaker.records.files import Opened, RejectedCurveError, as_opened
 from breaker.records.formats import text
 from breaker.records.header import Header
 from breaker.records.settings import FORMAT, complete
@@ -33,8 +34,7 @@ class Format(NamedTuple):
     """A format of curve files.
 
     Attributes:
-        read: Function of an opened file and a form that returns sheets, see ``sheet.Sheet``. The
-            form is the section ``endurance.format``, complete, or empty where nothing is known yet.
+        module: Name of the module with its function ``read``: see ``example_format``.
         endings: Names of its kind of file in messages, by ending in lower case.
         signatures: First bytes that prove a file to be of the format, whatever its ending; a file
             with the ending that has none of them is not. Empty for a format that is text, which
@@ -42,39 +42,19 @@ class Format(NamedTuple):
         extra: Extra of this package that the format needs; empty for none.
     """
 
-    read: Callable[[Opened, Mapping], Sequence[Sheet]]
+    module: str
     endings: Mapping[str, str]
     signatures: tuple[bytes, ...] = ()
     extra: str = ""
 
     @classmethod
     def of(cls, module: ModuleType) -> "Format":
-        """Return the format of a module that has ``ENDINGS``, ``SIGNATURES`` and ``EXTRA``, too."""
-        return cls(module.read, module.ENDINGS, module.SIGNATURES, module.EXTRA)
+        """Return the format of a module that states these itself, in capitals."""
+        return cls(module.__name__, module.ENDINGS, module.SIGNATURES, module.EXTRA)
 
-
-def _excel(opened: Opened, form: Mapping) -> list[Sheet]:
-    from breaker.records.formats import excel
-
-    return excel.read(opened, form)
-
-
-def _comtrade(opened: Opened, form: Mapping) -> list[Sheet]:
-    from breaker.records.formats import comtrade
-
-    return comtrade.read(opened, form)
-
-
-def _netcdf(opened: Opened, form: Mapping) -> list[Sheet]:
-    from breaker.records.formats import netcdf
-
-    return netcdf.read(opened, form)
-
-
-def _lines(opened: Opened, form: Mapping) -> list[Sheet]:
-    from breaker.records.formats import lines
-
-    return lines.read(opened, form)
+    def read(self, opened: Opened, form: Mapping) -> Sequence[Sheet]:
+        """Return the sheets of a file; the module is imported by the first one."""
+        return import_module(self.module).read(opened, form)
 
 
 def added_formats() -> list[Format]:
@@ -89,22 +69,20 @@ def added_formats() -> list[Format]:
     return formats
 
 
-TEXT = Format(
-    text.read, dict.fromkeys((".csv", ".txt", ".tsv"), "a text") | {".lvm": "a LabVIEW text"}
-)
-EXCEL = Format(
-    _excel, dict.fromkeys((".xlsx", ".xlsm"), "an Excel workbook"), (b"PK\3\4",), "excel"
-)
-COMTRADE = Format(_comtrade, dict.fromkeys((".cfg", ".cff"), "a COMTRADE record"))
+_HERE = "breaker.records.formats"
+_TEXTS = dict.fromkeys((".csv", ".txt", ".tsv"), "a text") | {".lvm": "a LabVIEW text"}
+_WORKBOOKS = dict.fromkeys((".xlsx", ".xlsm"), "an Excel workbook")
+_COMTRADE = dict.fromkeys((".cfg", ".cff"), "a COMTRADE record")
+_ARRAYS = dict.fromkeys((".nc", ".nc4"), "a NetCDF file")
+_ARRAYS |= dict.fromkeys((".h5", ".hdf5"), "an HDF5 file")
+
+TEXT = Format(f"{_HERE}.text", _TEXTS)
+EXCEL = Format(f"{_HERE}.excel", _WORKBOOKS, (b"PK\3\4",), "excel")
+COMTRADE = Format(f"{_HERE}.comtrade", _COMTRADE)
 NETCDF = Format(
-    _netcdf,
-    dict.fromkeys((".nc", ".nc4"), "a NetCDF file")
-    | dict.fromkeys((".h5", ".hdf5"), "an HDF5 file")
-    | {".zarr": "a Zarr store"},
-    (b"CDF\1", b"CDF\2", b"CDF\5", b"\x89HDF\r\n\x1a\n"),
-    "netcdf",
+    f"{_HERE}.netcdf", _ARRAYS, (b"CDF\1", b"CDF\2", b"CDF\5", b"\x89HDF\r\n\x1a\n"), "netcdf"
 )
-LINES = Format(_lines, {".jsonl": "a text with a record on each line"})
+LINES = Format(f"{_HERE}.lines", {})  # texts with a record on each line
 
 FORMATS = (TEXT, EXCEL, COMTRADE, NETCDF, LINES, *added_formats())
 """All formats; a file of no known ending or signature is taken for one of the first, a text."""
@@ -149,8 +127,9 @@ def _read(opened: Opened, settings: Mapping, channel: str, line: int = 0) -> Col
         except RejectedCurveError as own:
             error = error if k else own
             continue
-        for array in columns.arrays:
-            array.flags.writeable = False  # others read the same
+        for array in (columns.time, columns.travel, columns.lines, *columns.beside.values()):
+            if array is not None:
+                array.flags.writeable = False  # others read the same
         return columns
     raise error
 
@@ -170,8 +149,7 @@ def look_into(file: str | Path | Opened, channel: str | int = "", line: int = 0)
         raise RejectedCurveError(opened.file, "has no table with columns of numbers")
 
     sheets = look() if line else opened.once("sheets", look)
-    first = sheets[0] if line else opened.once("sheet", lambda: sheets[0])  # has a size
-    return next((e for e in sheets if channel and e.place_of(channel) is not None), first)
+    return next((e for e in sheets if channel and e.place_of(channel) is not None), sheets[0])
 
 
 def records_in(file: str | Path | Opened) -> "list[RecordLine]":
@@ -215,8 +193,6 @@ def format_of(opened: Opened) -> Format:
 
 def _format_of(opened: Opened) -> Format:
     file, named = opened.file, _named(opened.file)
-    if is_store(file):
-        return named  # a folder, without bytes of its own
     if _ending(file) in _OLD:
         raise RejectedCurveError(file, "is of a kind that cannot be read; save it as .xlsx")
     if _ending(file) == ".dat":
@@ -224,7 +200,7 @@ def _format_of(opened: Opened) -> Format:
     for each in FORMATS:
         if opened.content.startswith(each.signatures):
             return each
-    if named in (TEXT, LINES):
+    if named is TEXT:
         return LINES if _has_lines(opened) else TEXT
     if named.signatures and not any(each in opened.content for each in named.signatures):
         reason = f"ends as {named.endings[_ending(file)]}, but does not begin as one"
@@ -253,7 +229,8 @@ def _named(file: str | Path) -> Format:
 def _sheets(opened: Opened, form: Mapping) -> Sequence[Sheet]:
     """The sheets of a file; whatever a format raises, which is no text, becomes a reason."""
     format_, file = format_of(opened), opened.file
-    kind = format_.endings.get(_ending(file)) or next(iter(format_.endings.values()), "")
+    kinds = TEXT.endings if format_ is LINES else format_.endings
+    kind = kinds.get(_ending(file)) or next(iter(kinds.values()), "")
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # of packages, about what is not read here
