@@ -66,34 +66,29 @@ def test_every_lost_cut_or_flipped_file_is_named(store, tmp_path):
                 assert part in str(caught.value)
 
 
-def test_a_store_that_is_written_over_is_whole(store):
-    save(open_store(store).isel(curve=slice(2)).load(), store)
-    assert open_store(store).sizes["curve"] == 2
-
-
 def test_a_killed_writer_leaves_a_store_that_is_refused(store, monkeypatch):
-    """Over an older store too, whose checksums do not stay."""
+    """Over an older store too, whose checksums do not stay; written again, it is complete."""
 
     def killed(_):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("breaker.common.zarr_store._checksums", killed)
-    with pytest.raises(KeyboardInterrupt):
-        save(xr.Dataset({"travel": ("time", [1.0])}), store)
-    monkeypatch.undo()
-    with pytest.raises(StoreError, match="its writing was interrupted"):
+    short = xr.Dataset({"travel": ("time", [1.0])})
+    with monkeypatch.context() as patch:
+        patch.setattr("breaker.common.zarr_store._checksums", killed)
+        with pytest.raises(KeyboardInterrupt):
+            save(short, store)
+    with pytest.raises(StoreError, match="interrupted"):
         open_store(store)
+    save(short, store)
+    assert open_store(store).sizes == {"time": 1}
 
 
-@pytest.mark.parametrize("text", ["", "[1]", "{", "\xff"])
-def test_checksums_that_cannot_be_read_are_named(store, text):
-    (store / "checksums.json").write_text(text, encoding="latin-1")
-    with pytest.raises(StoreError, match=r"checksums\.json cannot be read"):
-        open_store(store)
-
-
-def test_a_store_that_is_not_there_or_a_file_is_named(tmp_path):
+def test_a_store_that_cannot_be_read_is_named(store, tmp_path):
+    for text in ("", "[1]", "{", "\xff"):
+        (store / "checksums.json").write_text(text, encoding="latin-1")
+        with pytest.raises(StoreError, match=r"checksums\.json"):
+            open_store(store)
     (tmp_path / "file.zarr").write_text("")
     for name in ("none.zarr", "file.zarr"):
-        with pytest.raises(StoreError, match=f"{name}: there is no such store"):
+        with pytest.raises(StoreError, match=name):
             open_store(tmp_path / name)

@@ -21,10 +21,6 @@ def words(figure):
     return "\n".join([figure.get_suptitle(), *notes, *texts])
 
 
-def written(axis):
-    return [text.get_text() for text in axis.texts]
-
-
 def line_of(axis, colour, marker=None):
     """The first line of a colour, and of a marker where one is given."""
     lines = [line for line in axis.lines if line.get_color() == colour]

@@ -1,12 +1,15 @@
-"""The one style: colours that stay apart, settings left alone, names, and cells of operations."""
+"""The one style: colours that stay apart, settings left alone, names, and what is in files."""
 
+import logging
 from itertools import combinations
 
 import matplotlib as mpl
 import numpy as np
 import pytest
 import xarray as xr
+from matplotlib import font_manager
 from matplotlib.colors import to_rgb
+from matplotlib.text import Text
 
 from breaker.common.colours import phase_colours
 from breaker.figures import panels, style
@@ -100,15 +103,38 @@ def test_settings_are_left_alone_and_not_taken_over():
 
 
 def test_names_of_limits_are_no_mathematics():
-    name = r"50_\$ or $x^{ <b>`*ü"
-    data = xr.Dataset({}, {"limit": [name], "operation": [1, 2]})
+    data = xr.Dataset({}, {"limit": [r"50_\$ or $x^{ <b>`*ü"], "operation": [1, 2]})
     figure, (axis,) = panels.limit_panels(data, ["f below 1"], height=2.0)
     figure.canvas.draw()  # mathematics would raise
-    assert axis.get_title("left") == (r"50 \\$ or \$x^{ <b>`*ü: closing force $f$ below 1")
+    assert axis.get_title("left").startswith(r"50 \\$ or \$x^{ <b>`*ü")
 
 
-def test_a_state_lasts_until_the_next():
-    _, (axis,) = panels.panels(1)
-    panels.state_strip(axis, np.array([1, 3, 5, 6]), np.array([1, 1, 3, 1]))
-    spans = [(patch.get_x(), patch.get_width()) for patch in axis.patches]
-    assert spans == [(1, 4), (5, 1), (6, 1)]
+# ---- files ---------------------------------------------------------------------------------------
+
+
+@style.styled
+def titled(name):
+    figure = style.new_figure(4.0, 3.0)
+    axis = figure.subplots()
+    axis.plot([0.0, 1.0])
+    axis.set_title(style.literal(name), weight="bold")
+    return figure
+
+
+def test_missing_glyphs_are_in_the_log(monkeypatch, tmp_path, caplog):
+    """On a machine that has the fonts of matplotlib alone."""
+    own = [each for each in font_manager.fontManager.ttflist if each.name not in style.OTHER_FONTS]
+    monkeypatch.setattr(font_manager.fontManager, "ttflist", own)
+    assert style.without_font([titled("Ω Выкл مفتاح")]) == ""
+    with caplog.at_level(logging.WARNING, logger="breaker"):
+        style.save(titled("$x 开关"), tmp_path / "a.png")
+    (message,) = caplog.messages
+    assert "开, 关" in message
+
+
+@pytest.mark.parametrize("form", ["png", "svg", "pdf", "jpg"])
+def test_a_file_has_no_date_and_no_hidden_sign(form):
+    drawn = titled("L1\u202e\u200b\x1b")
+    content = style.encoded(drawn, form)
+    assert not [date for date in (b"<dc:date>", b"/CreationDate") if date in content]
+    assert r"L1\u202e\u200b\x1b" in [each.get_text() for each in drawn.findobj(Text)]

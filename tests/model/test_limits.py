@@ -31,7 +31,6 @@ def test_parts_and_words():
     ("parts", "of"),
     [
         ((), "model"),
-        ((("separation_time", 1.0, True),), "model"),
         ((("speed", 1.0, False),), "model"),
         ((("f", 0.8, True), ("f", 0.7, False)), "model"),
         ((("f", 0.8, False), ("f", 0.8, True)), "model"),

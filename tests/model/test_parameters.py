@@ -4,16 +4,7 @@ import numpy as np
 import pytest
 
 from breaker.model.equations import pressed, pressed_half_space
-from breaker.model.parameters import (
-    MOTIONS,
-    NAMES,
-    ONSET,
-    PARAMETERS,
-    Size,
-    is_logarithmic,
-    outputs,
-    powers,
-)
+from breaker.model.parameters import NAMES, PARAMETERS, Size, is_logarithmic, outputs, powers
 from breaker.model.quantities import QUANTITIES
 
 
@@ -23,11 +14,9 @@ def test_order_and_units():
     units = ("1", "1/ms²", "1/ms²", "1/ms", "1/ms", "mm/ms²", "mm")
     assert tuple(parameter.unit for parameter in PARAMETERS) == units
     assert [each.worse for each in PARAMETERS] == [0, -1, -1, 1, 1, -1, 1]
-    assert MOTIONS == ("closing", "opening")
-    assert len({each.colour for each in (*PARAMETERS, ONSET)}) == len(PARAMETERS) + 1
 
 
-def test_scale_of_the_outputs(defaults):
+def test_scale_of_the_outputs():
     assert outputs(False) == PARAMETERS
     names = [output.name for output in outputs(True)]
     assert names == [*NAMES, "onset"]

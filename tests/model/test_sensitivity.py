@@ -10,7 +10,7 @@ import pytest
 
 from breaker.model import curves
 from breaker.model.curves import sensitivity, travel
-from breaker.model.parameters import MOTIONS, NAMES
+from breaker.model.parameters import MOTIONS
 from tests.model.test_curves import draws
 from tests.model_references import contact_force, propagate
 
@@ -92,12 +92,3 @@ def test_contact_without_an_event(prior, sensor, motion, share, switching):
     theta[:, F] = share * theta[:, K_A] * theta[:, GAP]
     result, _ = assert_right(theta, onset, sensor.times[::5], motion)
     assert np.all(result.switching == switching)
-
-
-def test_what_travel_refuses_is_refused(prior, sensor):
-    theta, _ = draws(prior, 4, "refused")
-    theta[2, K_B] = -1.0
-    with pytest.raises(ValueError, match=r"1 of 4 rows .* k_b = -1\.0 in row 2"):
-        sensitivity(theta, sensor.times, "closing")
-    nothing = sensitivity(np.empty((0, 7)), sensor.times, "closing")[1]
-    assert nothing.shape == (0, sensor.samples, len(NAMES) + 1)

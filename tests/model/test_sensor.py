@@ -28,30 +28,23 @@ def records(small):
     return exact, small.corrupt(exact, rng)
 
 
-def without_zero(sensor):
-    return replace(sensor, zero_sd=0.0)
-
-
 def test_corrupted_records_have_the_covariance(small, records):
     """False alarm 1e-3 over the 13 tests together."""
     exact, measured = records
     assert covariance_p_value(measured - exact, covariance(small)) > 1e-3
 
 
-def test_whitening_is_the_inverse_root_of_the_covariance(small):
-    root = np.linalg.inv(sqrtm(covariance(small)))
+def test_density_and_whitening_are_those_of_the_covariance(small, records):
+    errors = covariance(small)
+    root = np.linalg.inv(sqrtm(errors))
     np.testing.assert_allclose(small.whiten(np.eye(SAMPLES)), root, atol=1e-12)
-    batch = generator(1, "test", "whiten").standard_normal((2, 3, SAMPLES))
-    np.testing.assert_allclose(small.whiten(batch), batch @ root, atol=1e-12)
-
-
-def test_log_likelihood_is_the_normal_density(small, records):
     exact, measured = (values[:50] for values in records)
-    expected = multivariate_normal(np.zeros(SAMPLES), covariance(small)).logpdf(measured - exact)
+    batch = (measured - exact).reshape(5, 10, SAMPLES)
+    np.testing.assert_allclose(small.whiten(batch), batch @ root, atol=1e-12)
+    expected = multivariate_normal(np.zeros(SAMPLES), errors).logpdf(measured - exact)
     np.testing.assert_allclose(small.log_likelihood(measured, exact), expected, rtol=1e-12)
-    inverse = np.linalg.inv(covariance(small))
-    expected = np.einsum("nt,ts,ns->n", measured - exact, inverse, measured - exact)
-    np.testing.assert_allclose(small.chi_square(measured, exact), expected, rtol=1e-12)
+    expected = np.square((measured - exact) @ root).sum(axis=1)
+    np.testing.assert_allclose(small.chi_square(measured, exact), expected, rtol=1e-11)
 
 
 def zero_given_the_record(residual, sensor):
@@ -101,7 +94,7 @@ def test_missing_samples_are_left_out(small, records):
 
 def test_without_zero(small, records):
     exact, measured = records
-    none = without_zero(small)
+    none = replace(small, zero_sd=0.0)
     np.testing.assert_allclose(none.whiten(measured), measured / 0.2, rtol=1e-14)
     assert np.all(none.sample_shared(measured, exact, generator(1, "test", "none")) == 0)
     expected = norm.logpdf(measured - exact, scale=0.2).sum(axis=1)
@@ -120,12 +113,9 @@ def test_grid(sensor):
     [
         ({"start": 0.0}, "before 0"),
         ({"stop": 0.0}, "before 0"),
-        ({"start": np.nan}, "before 0"),
         ({"samples": 1}, "grid"),
         ({"noise_sd": 0.0}, "noise_sd must be positive"),
-        ({"noise_sd": np.nan}, "noise_sd must be positive"),
         ({"onset_sd": -0.1}, "onset_sd"),
-        ({"zero_sd": -0.1}, "zero_sd"),
         ({"zero_sd": np.nan}, "zero_sd"),
     ],
 )

@@ -1,8 +1,18 @@
 """What tests of networks share."""
 
+from functools import partial
+
 import pytest
+
+from tests.networks_fixtures import new_trainer
 
 
 @pytest.fixture(scope="module", autouse=True)
 def same_sums(one_thread):
     """Every test here computes with torch."""
+
+
+@pytest.fixture
+def trainer(tmp_path):
+    """Maker of trainings that share one checkpoint."""
+    return partial(new_trainer, tmp_path)

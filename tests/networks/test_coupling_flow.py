@@ -32,19 +32,6 @@ def test_splines_are_inverted_and_leave_alone_what_is_beyond():
     assert (y - x).abs().max() > 0.5
 
 
-def test_knots_are_softmaxes_of_damped_numbers():
-    """Of the library zuko, whose splines these are: numbers that are damped, then shares."""
-    numbers = 3 * normal(1, 17)[0]
-    damped = numbers[:6] / (1 + (2 * numbers[:6] / math.log(1e-3)).abs())
-    x = 10 * damped.softmax(0).cumsum(0)[:-1] - 5
-    damped = numbers[6:12] / (1 + (2 * numbers[6:12] / math.log(1e-3)).abs())
-    y = 10 * damped.softmax(0).cumsum(0)[:-1] - 5
-    found, log_slope = bend(x, numbers.expand(5, 17))
-    torch.testing.assert_close(found, y, rtol=0, atol=1e-9)
-    slopes = numbers[12:] / (1 + (numbers[12:] / math.log(1e-3)).abs())
-    torch.testing.assert_close(log_slope, slopes, rtol=0, atol=1e-9)
-
-
 def test_gradients_of_splines_are_those_of_their_values():
     """Of value and log slope, by differences; the log slope is the derivative's."""
     x, numbers = 3 * normal(12, 2), 2 * normal(12, 2, 17, seed=2)
@@ -78,19 +65,3 @@ def test_density_is_that_of_the_sampling_map(dims):
     with torch.no_grad():
         density = curved(dims).log_prob(points, features, steps=1)
     torch.testing.assert_close(density, expected, rtol=0, atol=1e-8)
-
-
-def test_steps_noise_and_time_make_no_difference():
-    network, features, theta = curved(), normal(4, FEATURES), normal(4, DIMS, seed=2)
-    with torch.no_grad():
-        one, seven = (network.log_prob(theta[:, None], features, steps=k)[:, 0] for k in (1, 7))
-        draws = [network.sample(theta[:, None], features, steps=k) for k in (1, 7)]
-        losses = [
-            network.loss(theta, features, normal(4, k, DIMS, seed=k), torch.rand(4, k, 1))
-            for k in (1, 3)
-        ]
-    assert not network.solves
-    assert torch.equal(one, seven)
-    assert torch.equal(*draws)
-    assert torch.equal(*losses)
-    assert torch.equal(losses[0], -one)

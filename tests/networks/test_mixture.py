@@ -8,7 +8,6 @@ from scipy.stats import kstest
 
 from breaker.family.networks import Network
 from breaker.family.training import FamilyNetwork
-from breaker.networks.mixture import AutoregressiveMixture
 
 SIZES = {"width": 12, "blocks": 2, "features": 6, "components": 3, "head": 5}
 
@@ -62,18 +61,21 @@ def test_features_of_arrays_are_those_of_torch():
     np.testing.assert_allclose(read(made).features(x), expected, rtol=1e-12)
 
 
-def p_value_of_draws(made: FamilyNetwork, arrays: Network) -> float:
-    """Of uniform conditional probabilities of draws, each output given those before it.
+def test_draws_of_arrays_are_of_the_density():
+    """Conditional probabilities of draws, each output given those before it, are uniform.
 
-    By quadrature of the torch density; two outputs that are there, and one that is not.
+    By quadrature of the torch density; two outputs that are there, and one that is not. Two tests
+    at 2.5e-4 each: a false alarm has a probability of 5e-4.
     """
-    x = np.full((1, 4), 0.7)
-    features = arrays.features(x)[0]
-    told = np.array([True, False, True])
-    draws = arrays.sample(features[None], told, 400, np.random.default_rng(5))[0]
-    there = torch.as_tensor(told.astype(float)).expand(201, 3)
+    made = network(size=0.3)
+    with torch.no_grad():
+        made.inference.head.bias[7] = 1.5  # what the third output has of the first
+    arrays = read(made)
+    features = arrays.features(np.full((1, 4), 0.7))[0]
+    known = np.array([True, False, True])
+    draws = arrays.sample(features[None], known, 400, np.random.default_rng(5))[0]
+    there = torch.as_tensor(known.astype(float)).expand(201, 3)
     condition = torch.as_tensor(np.tile(features, (201, 1)))
-    found = []
     for i in (0, 2):
         far = np.ptp(draws[:, i])
         line = np.linspace(draws[:, i].min() - far, draws[:, i].max() + far, 201)
@@ -84,71 +86,28 @@ def p_value_of_draws(made: FamilyNetwork, arrays: Network) -> float:
             density = made.inference.log_prob(torch.as_tensor(theta), condition, there)[:, i]
             below = cumulative_trapezoid(np.exp(density.numpy()), initial=0.0)
             places.append(np.interp(draw[i], line, below / below[-1]))
-        found.append(kstest(places, "uniform").pvalue)
-    return min(found)
-
-
-def test_draws_of_arrays_are_of_the_density():
-    # Two tests at 2.5e-4 each: a false alarm has a probability of 5e-4.
-    made = network(size=0.3)
-    with torch.no_grad():
-        made.inference.head.bias[7] = 1.5  # what the third output has of the first
-    assert p_value_of_draws(made, read(made)) > 2.5e-4
+        assert kstest(places, "uniform").pvalue > 2.5e-4
 
 
 def test_atoms_are_drawn_as_often_as_they_are_probable():
-    made = network(atoms=(True, True, False))
-    arrays = read(made)
-    features = arrays.features(np.full((1, 4), 0.7))[0]
-    told, n = np.array([True, False, False]), 20_000
-    draws = arrays.sample(features[None], told, n, np.random.default_rng(2))[0]
-    with torch.no_grad():
-        log_share = made.inference.log_prob(
-            torch.zeros(1, 3, dtype=torch.float64),
-            torch.as_tensor(features)[None],
-            torch.as_tensor(told.astype(float))[None],
-        )[0, 0]
-    share = float(log_share.exp())
-    # Beyond 3.5 sd with a probability of 5e-4.
-    assert abs((draws[:, 0] == 0.0).mean() - share) < 3.5 * np.sqrt(share * (1.0 - share) / n)
-    assert (draws[:, 1:] == 0.0).all()
-
-
-def test_an_output_sees_which_before_it_are_atoms():
-    """Planted fault: that of the first is not kept, and the second is 0 as often as without it."""
+    """Planted fault: an output does not see which before it are atoms, and the second is 0 as often
+    whether the first is or not. Beyond 3.5 sd with a probability of 5e-4 each."""
     made = network(size=0.3, atoms=(True, True, False))
     with torch.no_grad():
-        made.inference.enter[1, 3] = 3.0  # what the second sees of it
+        made.inference.enter[1, 3] = 3.0  # what the second sees of the first
     arrays = read(made)
     features = arrays.features(np.full((1, 4), 0.7))[0]
-    told, n = np.array([True, True, False]), 20_000
-    draws = arrays.sample(features[None], told, n, np.random.default_rng(3))[0]
-    after = draws[draws[:, 0] == 0.0, 1] == 0.0
+    there, n = np.array([True, True, False]), 20_000
+    draws = arrays.sample(features[None], there, n, np.random.default_rng(3))[0]
     with torch.no_grad():
-        log_share = made.inference.log_prob(
+        log_shares = made.inference.log_prob(
             torch.zeros(1, 3, dtype=torch.float64),
             torch.as_tensor(features)[None],
-            torch.as_tensor(told.astype(float))[None],
-        )[0, 1]
-    share = float(log_share.exp())
-    # Beyond 3.5 sd with a probability of 5e-4.
-    assert abs(after.mean() - share) < 3.5 * np.sqrt(share * (1.0 - share) / after.size)
-
-
-def test_a_mixture_learns_a_posterior_that_is_known():
-    rng = torch.Generator().manual_seed(4)
-    torch.manual_seed(4)
-    torch.set_num_threads(1)  # small arrays: more threads only wait for each other
-    mixture = AutoregressiveMixture(2, 1, components=4, width=16)
-    optimiser = torch.optim.Adam(mixture.parameters(), lr=0.01)
-    for _ in range(250):
-        s = torch.randn(128, 1, generator=rng)
-        first = s + 0.5 * torch.randn(128, 1, generator=rng)
-        second = first**2 + 0.2 * torch.randn(128, 1, generator=rng)  # curved
-        theta = torch.cat([first, second], dim=1)
-        loss = -mixture.log_prob(theta, s, torch.ones_like(theta)).sum(dim=1).mean()
-        optimiser.zero_grad()
-        loss.backward()
-        optimiser.step()
-    exact = np.log(0.5 * 0.2) + 1.0 + np.log(2.0 * np.pi)  # entropy of both
-    assert float(loss.detach()) < exact + 0.3
+            torch.as_tensor(there.astype(float))[None],
+        )[0]
+    first, second = log_shares.exp().tolist()[:2]
+    zero = draws == 0.0
+    after = zero[zero[:, 0], 1]
+    assert abs(zero[:, 0].mean() - first) < 3.5 * np.sqrt(first * (1.0 - first) / n)
+    assert abs(after.mean() - second) < 3.5 * np.sqrt(second * (1.0 - second) / after.size)
+    assert zero[:, 2].all()

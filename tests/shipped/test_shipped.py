@@ -75,21 +75,17 @@ def test_networks_of_other_settings_are_noticed(place, value, line):
     assert f"{file}: {line}" in ship.unfit(file, changed, "levels")
 
 
-def test_the_model_card_is_that_of_the_files(monkeypatch):
+def test_the_model_card_and_the_page_state_the_files(monkeypatch):
     monkeypatch.chdir(ROOT)
-    text = CARD.read_text(encoding="utf-8")
-    assert ship.described(text) == text
-    assert "bytes | SHA-256" in text
-    assert ship.described(text.replace("bytes | SHA-256", "bytes | SHA-1")) == text
+    card, page = CARD.read_text(encoding="utf-8"), ship.PAGE.read_text(encoding="utf-8")
+    assert ship.described(card) == card
+    assert "bytes | SHA-256" in card
+    assert ship.described(card.replace("bytes | SHA-256", "bytes | SHA-1")) == card
+    assert ship.judged(page) == page
+    assert ship.judged(page.replace(", both | 0.", ", both | 1.")) == page
 
 
-def test_the_page_on_evidence_states_their_tables(monkeypatch):
-    monkeypatch.chdir(ROOT)
-    text = ship.PAGE.read_text(encoding="utf-8")
-    assert ship.judged(text) == text
-    assert ship.judged(text.replace(", both | 0.", ", both | 1.")) == text
-
-
+@pytest.mark.slow
 def test_nothing_is_shipped_from_other_results(tmp_path):
     """And nothing is written: the package is a copy that must stay as it is."""
     shutil.copytree(ROOT / "config", tmp_path / "config")

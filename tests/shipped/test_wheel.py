@@ -20,6 +20,7 @@ from breaker.family.curve_file import write_curve
 from breaker.model.curves import travel
 from tests.bare import HEAVY, WITHOUT
 
+pytestmark = pytest.mark.slow  # builds a wheel and works with it
 ROOT = Path(__file__).parents[2]
 SOURCES = ROOT / "src" / "breaker"
 

@@ -1,0 +1,61 @@
+"""Compiled code, kept where there is a place for it, and the same results without numba."""
+
+import sys
+
+import numba
+import numpy as np
+import pytest
+from numba.core import caching
+
+from breaker.common.computing import compiled, numba_or_plain
+
+
+def half(x):
+    return x / 2.0
+
+
+def test_it_is_kept_for_later_processes(tmp_path, monkeypatch):
+    monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path))
+    assert compiled()(half)(3.0) == 1.5
+    assert any(tmp_path.rglob("*.nbi"))
+    monkeypatch.setattr(caching.CacheImpl, "_locator_classes", [])  # no place to keep it
+    assert compiled()(half)(3.0) == 1.5
+
+
+def test_what_is_compiled_late_gives_the_same(monkeypatch):
+    late = compiled(late=True)(half)
+    calls = compiled()(lambda x: late(x) + 1.0)  # compiled code calls it compiled
+    monkeypatch.setattr(type(late), "left", 10)
+    assert late(np.array([3.0])) == 1.5
+    assert "fast" not in vars(late)
+    assert late(np.ones(9))[0] == 0.5
+    assert "fast" in vars(late)
+    assert calls(3.0) == 2.5
+
+
+@pytest.mark.parametrize("late", [False, True])
+@pytest.mark.parametrize("numba_is_there", [False, True])
+def test_loops_and_divisions_are_those_of_numpy(monkeypatch, numba_is_there, late):
+    if not numba_is_there:
+        monkeypatch.setitem(sys.modules, "numba", None)
+
+    @compiled(late=late)
+    def total(values):
+        result = 0.0
+        for value in values:
+            result += value * value
+        return result
+
+    assert total(np.arange(5.0)) == 30.0
+    ratio = compiled(late=late)(lambda a, b: a / b)
+    assert ratio(1.0, 0.0) == np.inf
+    assert np.isnan(ratio(np.float64(0.0), np.float64(0.0)))
+
+
+def test_options_of_numba_are_left_out_without_it(monkeypatch):
+    assert numba_or_plain()[0].__module__.startswith("numba")
+    monkeypatch.setitem(sys.modules, "numba", None)
+    njit, prange = numba_or_plain()
+    assert njit(error_model="numpy", forceinline=True)(lambda: 3)() == 3
+    assert njit(lambda: 4)() == 4
+    assert prange is range

@@ -1,0 +1,227 @@
+"""Training: its randomness, its numbers by formula, what is kept, and rows made by workers."""
+
+import math
+import random
+import time
+
+import numpy as np
+import pytest
+import torch
+
+from breaker.networks.blocks import Hidden, ResidualMLP
+from breaker.networks.training import MadeRows, fingerprint, full_width, optimisers, orthogonal
+from tests.networks_fixtures import normal, same, weights
+
+# ---- randomness ---------------------------------------------------------------------------------
+
+
+def test_the_seed_alone_decides(trainer):
+    """Global generators are neither used nor touched."""
+
+    def states():
+        return torch.random.get_rng_state(), np.random.get_state()[1].copy(), random.getstate()
+
+    runs = [trainer(seed=seed, checkpoint_every=100, evaluate_every=10) for seed in (1, 1, 2)]
+    before = states()
+    runs[0].run()
+    after = states()
+    assert torch.equal(before[0], after[0])
+    np.testing.assert_array_equal(before[1], after[1])
+    assert before[2] == after[2]
+    with torch.random.fork_rng(devices=[]):
+        torch.manual_seed(12345)
+        runs[1].run()
+    runs[2].run()
+    assert same(weights(runs[0]), weights(runs[1]))
+    assert runs[0].losses == runs[1].losses
+    assert not set(runs[0].losses) & set(runs[2].losses)
+
+
+def test_validation_is_fixed(trainer):
+    """Its records are drawn once: weights at rest have one loss."""
+    training = trainer(learning_rate=0.0)
+    history = training.run()
+    assert history.evaluation_step.values.tolist() == [5, 10]
+    assert np.unique(history.validation_loss.values).size == 1
+    assert np.unique(history.training_loss.values).size == 10
+    assert all(map(torch.equal, training.fixed_batch, trainer().fixed_batch))
+    measured = training.fixed_batch.measured
+    assert (measured - training.validation.travel).abs().max() > 0.1
+
+
+# ---- the numbers by formula ---------------------------------------------------------------------
+
+
+def test_every_step_has_its_learning_rate_and_a_clipped_gradient(trainer):
+    """A linear warm-up times a cosine."""
+    training, rates, norms = trainer(clip=0.01, learning_rate=2e-3, warm_up=0.4), [], []
+
+    def watch(optimiser, *_):
+        rates.append(optimiser.param_groups[0]["lr"])
+        norms.append(math.sqrt(sum(float(w.grad.square().sum()) for w in training.weights)))
+
+    training.optimisers[0].register_step_pre_hook(watch)
+    history = training.run()
+    half_cosine = [0.5 * (1 + math.cos(math.pi * k / 10)) for k in range(10)]
+    ramp = [min(1.0, (k + 1) / 4) for k in range(10)]
+    expected = [2e-3 * a * b for a, b in zip(ramp, half_cosine, strict=True)]
+    np.testing.assert_allclose(rates, expected)
+    np.testing.assert_array_equal(history.learning_rate.values, rates)
+    assert trainer(learning_rate=2e-3, warm_up=0.0).learning_rate(0) == 2e-3
+    # Unclipped, every norm is far above: clipping scales all of them to the bound.
+    np.testing.assert_allclose(norms, 0.01, rtol=1e-3)
+
+
+def test_moving_average_by_hand(trainer):
+    """Decay min(ema, k / (k + 10)) after step k: short memory at first, then the one set."""
+    training = trainer(steps=6, ema=0.3, evaluate_every=100)
+    expected = [weight.detach().clone() for weight in training.weights]
+    decays = iter([1 / 11, 2 / 12, 3 / 13, 4 / 14, 0.3, 0.3])
+
+    def follow(*_):
+        decay = next(decays)
+        for mean, weight in zip(expected, training.weights, strict=True):
+            mean.mul_(decay).add_(weight.detach(), alpha=1 - decay)
+
+    training.optimisers[-1].register_step_post_hook(follow)
+    training.run()
+    assert next(decays, None) is None
+    for mean, weight in zip(expected, training.means, strict=True):
+        torch.testing.assert_close(weight, mean, rtol=1e-5, atol=1e-6)
+    # The only evaluation is at the end, so that the average is what is kept.
+    assert all(map(torch.equal, training.weights, training.means))
+
+
+def test_the_best_average_is_kept(trainer):
+    """A learning rate that is far too high: the loss of the average rises."""
+    training = trainer(steps=8, learning_rate=0.1, warm_up=0.9, evaluate_every=1, clip=100.0)
+    averages = {}
+    training.optimisers[0].register_step_pre_hook(
+        lambda *_: averages.update({training.step: [w.clone() for w in training.means]})
+    )
+    history = training.run()
+    losses = history.validation_loss.values
+    best = int(losses.argmin())
+    assert best + 1 < 8, "the training must get worse for this test to say anything"
+    assert history.attrs["best_step"] == training.best_step == best + 1
+    assert history.attrs["best_validation_loss"] == losses[best]
+    assert all(map(torch.equal, training.weights, averages[best + 1]))
+    with torch.no_grad():
+        loss = training.network.validation_loss(*training.fixed_batch)
+    assert loss.mean().item() == losses[best]
+
+
+def test_an_evaluation_leaves_the_training_alone(trainer):
+    """Judging the average more often does not change what is trained."""
+    often, seldom = trainer(evaluate_every=2), trainer(evaluate_every=10)
+    for training in (often, seldom):
+        training.run()
+        training.checkpoint.file.unlink()
+    assert often.losses == seldom.losses
+    assert all(map(torch.equal, often.means, seldom.means))
+
+
+def test_optimisers_share_the_weights():
+    """Muon takes the matrices between hidden layers, and AdamW all else."""
+    rates = {"learning_rate": 5e-3, "weight_decay": 0.01}
+    network = ResidualMLP(4, 16, 3, blocks=2)
+
+    def taken(optimiser):
+        return {id(weight) for weight in optimiser.param_groups[0]["params"]}
+
+    adamw, muon = optimisers(network, "muon", **rates)
+    hidden = [layer for layer in network.modules() if isinstance(layer, Hidden)]
+    assert taken(muon) == {id(layer.weight) for layer in hidden}
+    assert taken(muon) | taken(adamw) == {id(weight) for weight in network.parameters()}
+    assert not taken(muon) & taken(adamw)
+    _, edges = optimisers(network, "muon_edges", **rates)
+    matrices = {id(weight) for weight in network.parameters() if weight.ndim == 2}
+    assert taken(edges) == matrices > taken(muon)
+    (alone,) = optimisers(network, "adamw", **rates)
+    assert len(taken(alone)) == len([*network.parameters()])
+
+
+@pytest.mark.parametrize("shape", [(20, 20), (12, 30), (30, 12)])
+def test_a_step_of_muon_is_nearly_orthogonal(shape):
+    matrix = normal(*shape).float()
+    left, _, right = torch.linalg.svd(matrix, full_matrices=False)
+    turned = left.T @ orthogonal(torch.stack([matrix, -matrix]))[0] @ right.T
+    assert ((turned.diagonal() - 0.95).abs() < 0.35).all()
+    assert (turned - turned.diagonal().diag()).abs().max() < 0.05
+
+
+def test_the_full_width_rounds_nothing():
+    x, y = normal(96, 300).float(), normal(300, 64).float()
+    exact, size = x.double() @ y.double(), x.double().abs() @ y.double().abs()
+    before = torch.backends.mkldnn.matmul.fp32_precision
+    with full_width():
+        product = x @ y
+    assert ((product - exact).abs() / size).max() < 1e-6  # with bfloat16 some 2e-3
+    assert torch.backends.mkldnn.matmul.fp32_precision == before
+
+
+# ---- faults -------------------------------------------------------------------------------------
+
+
+def test_a_loss_that_is_not_finite_names_motion_and_step(trainer):
+    training = trainer(motion="opening")
+
+    def spoil(*_):
+        if training.step == 5:
+            training.rows.travel = torch.full_like(training.rows.travel, math.inf)
+
+    training.optimisers[-1].register_step_post_hook(spoil)
+    with pytest.raises(FloatingPointError, match=r"opening is (nan|inf) at step 6"):
+        training.run()
+
+
+def test_a_validation_loss_that_is_not_finite_is_not_passed_over(trainer):
+    """Or the first weights, which no comparison with NaN replaces, would be kept as the best."""
+    training = trainer()
+    training.fixed_batch.measured[5] = math.nan
+    with pytest.raises(FloatingPointError, match="closing"):
+        training.run()
+
+
+def test_a_fingerprint_depends_on_settings_and_code(tmp_path):
+    code = tmp_path / "code.py"
+    code.write_text("x = 1\n")
+    first = fingerprint({"a": 1, "b": {"c": 2}}, [code])
+    assert fingerprint({"b": {"c": 2}, "a": 1}, [code]) == first
+    assert fingerprint({"a": 1, "b": {"c": 3}}, [code]) != first
+    code.write_text("x = 2\n")
+    assert fingerprint({"a": 1, "b": {"c": 2}}, [code]) != first
+
+
+# ---- rows that other processes make --------------------------------------------------------------
+
+
+def batches(workers, steps, make):
+    """Batches of four rows at some steps, and torch's global generator left alone."""
+    before = torch.get_rng_state()
+    rows, rng = MadeRows(np.arange(80), make, workers=workers), torch.Generator().manual_seed(1)
+    made = [rows.batch(step, 4, rng) for step in steps]
+    assert torch.equal(torch.get_rng_state(), before)
+    return made
+
+
+def uneven(numbers, rng):
+    """Rows of which some take longer than the next."""
+    time.sleep(0.02 * (numbers[0] % 2))
+    return numbers + rng.random(len(numbers)), rng.standard_normal((len(numbers), 3))
+
+
+@pytest.mark.filterwarnings("ignore:This process|This DataLoader")
+def test_batches_depend_on_seed_and_step_alone():
+    """Not on workers, nor on the steps before, as after a kill; a worker's fault is raised."""
+    alone, helped = (batches(workers, range(6), uneven) for workers in (0, 2))
+    for one, other in zip(alone, helped, strict=True):
+        assert all(map(torch.equal, one, other))
+    assert len({float(batch[0][0]) for batch in alone}) == 6
+    assert all(map(torch.equal, batches(0, [4], uneven)[0], alone[4]))
+
+    def faulty(numbers, rng):
+        raise FloatingPointError("no record")
+
+    with pytest.raises(FloatingPointError, match="no record"):
+        batches(1, [0], faulty)

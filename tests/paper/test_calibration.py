@@ -1,0 +1,129 @@
+"""Ranks, their band and the judgement: right false-alarm rate, and faults are caught."""
+
+from itertools import product
+from math import factorial, prod
+
+import numpy as np
+import pytest
+from scipy.stats import binom
+
+from breaker.common.randomness import generator
+from breaker.paper.calibration import (
+    calibration_p_values,
+    coverage,
+    ecdf_difference,
+    family_p_value,
+    judge_ranks,
+    ranks,
+    simultaneous_band,
+)
+from tests.paper.made import exact_posteriors
+
+
+def uniform_ranks(n, draws, columns, purpose):
+    return generator(1, "test", purpose).integers(0, draws + 1, (n, columns))
+
+
+def leaves(ranks, draws, band):
+    """Say which columns of ranks leave a band."""
+    difference = ecdf_difference(ranks, draws)
+    below, above = difference < band.lower[:, None], difference > band.upper[:, None]
+    return np.any(below | above, axis=0)
+
+
+def gaussian(n, draws, **fault):
+    """Draws (n, d, 1) and truth (n, 1) of a normal mean with normal prior, all variances one."""
+    rng, half = generator(2, "test", "gaussian"), np.array([0.5])
+    return exact_posteriors(rng, n, draws, prior_sd=np.ones(1), contraction=half, **fault)
+
+
+def test_ecdf_difference_by_hand():
+    # Ranks 0, 2, 2 among 3 draws: below 1, 2, 3 lie 1, 1, 3 of 3; the grid is 1/4, 1/2, 3/4.
+    expected = np.array([[1 / 3 - 1 / 4], [1 / 3 - 1 / 2], [1 - 3 / 4]])
+    np.testing.assert_allclose(ecdf_difference([0, 2, 2], 3), expected, atol=1e-15)
+
+
+def test_p_values_are_exact():
+    """All 210 histograms of 6 ranks among 4 draws: P(p <= x) = x at every p that can occur."""
+    n, draws = 6, 4
+    histograms = [h for h in product(range(n + 1), repeat=draws + 1) if sum(h) == n]
+    weights = [factorial(n) / prod(map(factorial, h)) / (draws + 1) ** n for h in histograms]
+    columns = np.stack([np.repeat(np.arange(draws + 1), h) for h in histograms], axis=1)
+    p_values, weights = calibration_p_values(columns, draws), np.array(weights)
+    assert weights.sum() == pytest.approx(1.0)
+    for p in np.unique(p_values):
+        reached = weights[p_values <= p * (1 + 1e-12)].sum()
+        assert reached == pytest.approx(p, rel=1e-10)
+
+
+@pytest.mark.parametrize(("n", "draws"), [(1000, 100), (200, 399)])
+def test_band_has_the_false_alarm_rate_it_states(n, draws):
+    band = simultaneous_band(n, draws, alpha=0.05, panels=1)
+    assert 0.045 < band.false_alarm <= 0.05  # what one count is worth
+    trials = 2000
+    columns = uniform_ranks(n, draws, trials, f"rate {n} {draws}")
+    alarms = leaves(columns, draws, band).sum()
+    # Two-sided binomial bound: a right band fails this for one seed in a thousand.
+    low, high = binom.ppf([5e-4, 1 - 5e-4], trials, band.false_alarm)
+    assert low <= alarms <= high
+    # Planted fault: a band of twice the alpha. Its 200 alarms are 5 sd above the bound of 133.
+    assert leaves(columns, draws, simultaneous_band(n, draws, alpha=0.1, panels=1)).sum() > high
+
+
+@pytest.mark.parametrize("alpha", [1e-3, 0.3])
+def test_band_and_p_value_give_the_same_judge_ranks(alpha):
+    draws, columns = 50, uniform_ranks(100, 50, 60, "agreement")
+    columns[:, 30:] = columns[:, 30:] // (1 + np.arange(30) / 20)  # from none to a strong fault
+    judged = judge_ranks(columns, draws, alpha=alpha)
+    assert np.array_equal(judged.outside, judged.p_values <= alpha / 60)  # of all together
+    assert np.array_equal(judged.outside, judged.excess > 0)
+    assert np.array_equal(judged.outside, leaves(columns, draws, judged.band))
+    assert judged.outside.any()
+    assert not judged.outside.all()
+
+
+@pytest.mark.parametrize(
+    "fault",
+    [{"width": 0.7}, {"width": 1.4}, {"bias": 0.3}, {"bias": -0.3}],
+    ids=["too narrow", "too wide", "too high", "too low"],
+)
+def test_wrong_posterior_is_caught(fault):
+    """N = 1000 curves, 200 draws, alpha 1e-3 of 8 panels: all of 1,500 trials of each fault were
+    caught, the largest p-value being 1.4e-7, so the power is above 0.998 (at 99.9 %)."""
+    draws, truth = gaussian(1000, 200, **fault)
+    judged = judge_ranks(ranks(draws, truth), 200, alpha=1e-3 / 8)
+    assert judged.outside.all()
+    assert judged.excess[0] > 0
+    if bias := fault.get("bias"):  # too high a posterior leaves low ranks: the ECDF lies above
+        assert np.sign(judged.difference[100, 0]) == np.sign(bias)
+
+
+def test_family_p_value_is_bonferroni():
+    assert family_p_value([0.5, 0.01, 0.2]) == pytest.approx(0.03)
+    assert family_p_value([0.9, 0.8]) == 1.0
+
+
+def test_coverage():
+    """100 normal numbers: beyond 4.5 sd with probability 7e-4. Intervals of 100 ranks hold 50 and
+    95 of them."""
+    n, levels = 1000, np.array([[0.5], [0.95]])
+    columns = uniform_ranks(n, 99, 50, "coverage")
+    error = np.sqrt(levels * (1 - levels) / n)
+    found = coverage(columns, 99, levels=levels[:, 0])
+    assert np.abs((found - levels) / error).max() < 4.5
+    draws, truth = gaussian(n, 99, width=0.7)  # 95 % intervals that hold 83 %
+    narrow = coverage(ranks(draws, truth), 99, levels=[0.95])
+    assert narrow[0, 0] < 0.95 - 4.5 * error[1, 0]
+
+
+def test_unusable_input_is_refused():
+    for draws, truth, words in (
+        (np.zeros((3, 5, 2)), np.zeros((3, 1)), "do not fit"),
+        (np.full((3, 5, 1), np.nan), np.zeros((3, 1)), "15 of 15 values of draws"),
+        (np.zeros((3, 5, 1)), np.full((3, 1), np.inf), "3 of 3 values of truth"),
+    ):
+        with pytest.raises(ValueError, match=words):
+            ranks(draws, truth)
+    for column in ([0, 7], [0.5, 1.0], np.zeros((0, 2), dtype=int)):
+        with pytest.raises(ValueError, match="integers from 0 to 6"):
+            calibration_p_values(column, 6)

@@ -1,0 +1,240 @@
+"""Adaptive importance sampling against known posteriors, from draws that are wrong."""
+
+import numpy as np
+import pytest
+
+from breaker.common.randomness import generator
+from breaker.paper import correction as corrections
+from breaker.paper.correction import (
+    Corrected,
+    Importance,
+    TriangularMap,
+    correct,
+    importance,
+    temper,
+)
+from tests.corrections import errors_p_value, means_p_value
+from tests.paper.known import (
+    LOG_EVIDENCE,
+    RECORD,
+    Banana,
+    HeavyTailed,
+    Known,
+    Truncated,
+)
+
+REPEATS = 30
+NORMAL, BANANA, TRUNCATED = Known(), Banana(0.2, 0.2), Truncated()
+STARTS = {
+    "shifted": lambda model, z: z + 2 * np.sqrt(model.variance),
+    "wide": lambda model, z: model.mean + 3 * (z - model.mean),
+    "narrow": lambda model, z: model.mean + 0.5 * (z - model.mean),
+}
+
+
+def start(model, how, rng, n=500):
+    """Draws of a bad network, physical units."""
+    return model.destandardise(STARTS[how](model, model.sample(n, rng)))
+
+
+def evidence_p_value(results):
+    """p-value of the log evidence."""
+    errors = [r.importance.log_evidence - LOG_EVIDENCE for r in results]
+    return errors_p_value(errors, [r.importance.log_evidence_se for r in results])
+
+
+def moments_p_value(model, draws):
+    """p-value of means, and of squares around the true mean, of all outputs: Student's t.
+
+    Repeats are independent, so their scatter is the Monte-Carlo error. A self-normalised mean is
+    off by about 1 / 1200 of a variance; the error of 30 repeats' mean is ten times that.
+    """
+    centred = np.array([model.standardise(each) - model.mean for each in draws])
+    moments = np.hstack([centred.mean(1), np.square(centred).mean(1)])
+    return means_p_value(moments - np.r_[np.zeros(4), model.variance])
+
+
+@pytest.mark.parametrize(
+    ("model", "how"), [(BANANA, "shifted"), (BANANA, "narrow"), (TRUNCATED, "wide")]
+)
+def test_known_posteriors_are_reached(model, how):
+    """Evidence and moments: false alarm 1e-3 each. Planted fault: the draws it started from."""
+    starts, results = [], []
+    for i in range(REPEATS):
+        rng = generator(1, "test correction", type(model).__name__, how, i)
+        starts.append(start(model, how, rng))
+        results.append(correct(model, RECORD, starts[-1], rng))
+    assert all(isinstance(r, Corrected) and r.resolved and r.reason == "" for r in results)
+    assert all(r.importance.size >= 400 and r.importance.pareto_k < 0.7 for r in results)
+    assert all(r.draws.shape == (500, 4) for r in results)
+    z = model.standardise(np.concatenate([result.draws for result in results]))
+    assert np.isfinite(model.log_posterior(z)).all()
+    assert evidence_p_value(results) > 1e-3
+    assert moments_p_value(model, [result.draws for result in results]) > 1e-3
+    assert moments_p_value(model, starts) < 1e-9
+
+
+def test_draws_that_hardly_reach_the_support():
+    """Fewer of the first round are in the support than a fit needs: more are drawn, until it has
+    them. Evidence: false alarm 1e-3."""
+    results, model = [], TRUNCATED
+    for i in range(8):
+        rng = generator(1, "test correction", "hardly", i)
+        z = rng.standard_normal((500, 4)) - 2.2 * model.direction
+        share = np.mean(TriangularMap.fit(z).sample(4000, rng) @ model.direction > model.bound)
+        assert share * 500 < 0.5 * 100
+        results.append(correct(model, RECORD, model.destandardise(z), rng))
+    assert all(r.resolved for r in results)
+    assert evidence_p_value(results) > 1e-3
+
+
+def test_what_cannot_be_resolved_is_not():
+    """No map of this kind follows a Cauchy, not even from draws of the posterior itself."""
+    model, rng = HeavyTailed(), generator(1, "test correction", "unresolved")
+    draws = model.destandardise(model.sample(500, rng))
+    result = correct(model, RECORD, draws, rng)
+    assert not result.resolved
+    assert result.importance.size < 400
+    assert f"{result.importance.size:.0f}" in result.reason
+    assert (result.rounds, result.importance.faulty) == (20, 0)
+    assert result.draws.shape == draws.shape
+    assert np.isfinite(result.draws).all()
+
+
+def test_a_tail_that_is_not_known_to_be_good_is_not(monkeypatch):
+    for k, good in ((-np.inf, True), (0.69, True), (0.7, False), (np.inf, False), (np.nan, False)):
+        monkeypatch.setattr(Importance, "pareto_k", k)
+        assert (importance(np.zeros(2000), np.zeros(2000)).fault == "") == good
+        assert importance(np.zeros(399), np.zeros(399)).fault  # too few, whatever the tail
+
+
+class Counting(Known):
+    """Counts the points of each call."""
+
+    def __init__(self):
+        self.asked = []
+
+    def log_joint(self, z, record):
+        self.asked.append(len(z))
+        return super().log_joint(z, record)
+
+
+@pytest.mark.parametrize(
+    ("efficiency", "asked"), [(0.999, [300, 300, 300, 1500]), (0.001, [300, 1500])]
+)
+def test_rounds_end_with_a_good_one_or_the_last(efficiency, asked, monkeypatch):
+    monkeypatch.setattr(corrections, "_EFFICIENCY", efficiency)
+    monkeypatch.setattr(Importance, "pareto_k", 0.0)
+    model, rng = Counting(), generator(1, "test correction", "counting")
+    sizes = {"round_draws": 300, "result_draws": 1500, "rounds": 3}
+    result = correct(model, RECORD, start(model, "wide", rng, n=200), rng, **sizes)
+    assert model.asked == asked
+    assert result.rounds == len(asked) - 1
+    assert result.draws.shape == (200, 4)
+    assert result.importance.log_weights.shape == (1500,)
+
+
+def test_a_map_is_fitted_to_all_draws_weighed_by_the_mixture(monkeypatch):
+    """Each round's draws count by their number, and each map by its share of the draws."""
+    proposals, ratios = [], []
+    sample, tempered = TriangularMap.sample, corrections.temper
+
+    def watched_sample(chosen, n, rng):
+        proposals.append((chosen, sample(chosen, n, rng)))
+        return proposals[-1][1]
+
+    def watched_temper(log_ratio, size):
+        ratios.append(log_ratio)
+        return tempered(log_ratio, size)
+
+    monkeypatch.setattr(TriangularMap, "sample", watched_sample)
+    monkeypatch.setattr(corrections, "temper", watched_temper)
+    monkeypatch.setattr(corrections, "_SMALLEST_SIZE", 899)
+    monkeypatch.setattr(corrections, "_EFFICIENCY", 0.01)
+    rng = generator(1, "test correction", "mixture")
+    draws = start(NORMAL, "wide", rng)
+    assert correct(NORMAL, RECORD, draws, rng, rounds=3, result_draws=900).rounds == 3
+    assert [len(z) for _, z in proposals] == [500, 900] * 3
+    assert len(ratios) >= 5
+    for i, log_ratio in enumerate(ratios):
+        taken = proposals[: i + 1]
+        z = np.concatenate([points for _, points in taken])
+        mixture = sum(len(points) * np.exp(each.log_prob(z)) for each, points in taken) / len(z)
+        expected = NORMAL.log_joint(z, RECORD) - np.log(mixture)
+        np.testing.assert_allclose(log_ratio, expected, atol=1e-9)
+
+
+# ---- what goes wrong -----------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("fault", ["nan", "same", "few"])
+def test_draws_that_carry_no_map(fault):
+    rng = generator(1, "test correction", "no map")
+    values = start(NORMAL, "wide", rng, n=3 if fault == "few" else 500)
+    if fault != "few":
+        values[:] = np.nan if fault == "nan" else values[0]
+    result = correct(NORMAL, RECORD, values, rng)
+    assert not result.resolved
+    assert result.reason
+    assert result.rounds == result.importance.faulty == 0
+    assert result.draws.shape == values.shape
+    assert np.isnan(result.draws).all()
+    assert np.isnan(result.importance.log_evidence)
+
+
+class Failing(Known):
+    """Its density is not a number at two points of the calls ``fails``."""
+
+    def __init__(self, *fails):
+        self.fails, self.calls = fails, 0
+
+    def log_joint(self, z, record):
+        result, self.calls = super().log_joint(z, record), self.calls + 1
+        if self.calls in self.fails:
+            result[:2] = np.nan
+        return result
+
+
+@pytest.mark.parametrize(("call", "kept"), [(1, False), (2, False), (3, True)])
+def test_faulty_densities_are_counted(call, kept, monkeypatch):
+    """In a round of adaptation, in the result, and after a first result, which is kept."""
+    monkeypatch.setattr(corrections, "_SMALLEST_SIZE", 1999)
+    monkeypatch.setattr(corrections, "_EFFICIENCY", 0.01)
+    model, rng = Failing(call), generator(1, "test correction", "faulty")
+    result = correct(model, RECORD, start(model, "wide", rng), rng)
+    assert model.calls == call
+    assert not result.resolved
+    assert "2" in result.reason
+    assert np.isfinite(result.draws).all() == np.isfinite(result.importance.log_evidence) == kept
+    assert result.importance.faulty == (0 if kept else 2)
+
+
+# ---- tempering -----------------------------------------------------------------------------------
+
+
+def effective_size(weights):
+    return weights.sum() ** 2 / np.square(weights).sum()
+
+
+@pytest.mark.parametrize("spread", [1, 1e2, 1e6])
+def test_tempered_weights_have_the_size(spread):
+    """The largest power that leaves it: one per cent more leaves less."""
+    log_ratio = spread * generator(1, "test correction", "temper").standard_normal(500)
+    size = 300
+    weights = temper(log_ratio, size)
+    assert weights.sum() == pytest.approx(1, rel=1e-12)
+    assert effective_size(weights) >= size * (1 - 1e-9)
+    top, other = np.argsort(log_ratio)[[-1, 300]]
+    power = np.log(weights[top] / weights[other]) / (log_ratio[top] - log_ratio[other])
+    assert 0 < power < 1
+    by_hand = np.exp(power * (log_ratio - log_ratio.max()))
+    np.testing.assert_allclose(weights, by_hand / by_hand.sum(), rtol=1e-6)
+    assert effective_size(np.exp(1.01 * power * (log_ratio - log_ratio.max()))) < size
+
+
+@pytest.mark.parametrize(("value", "count"), [(np.nan, 1), (np.inf, 3), (-np.inf, 401)])
+def test_unusable_ratios_are_refused(value, count):
+    log_ratio = np.zeros(500)
+    log_ratio[:count] = value
+    with pytest.raises(np.linalg.LinAlgError, match=str(500 - count if value < 0 else count)):
+        temper(log_ratio, 100)

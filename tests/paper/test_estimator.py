@@ -1,0 +1,76 @@
+"""The posterior of one motion: units, densities, independence of curves."""
+
+import numpy as np
+import pytest
+import torch
+from scipy.stats import lognorm, norm
+
+from breaker.model.parameters import NAMES
+from breaker.paper.posterior import Posterior
+from tests.networks_fixtures import PRIOR, SENSOR, frozen, noise_of, pin, settings
+
+
+@pytest.mark.parametrize("onset", [True, False])
+def test_density_changes_variables_once(onset):
+    """Against scipy; float32 networks: a density of some 30 nats is exact to about 1e-4."""
+    new = Posterior(settings(onset=onset))
+    q = len(new.outputs)
+    mean, sd, z = np.linspace(-0.5, 0.7, q), 0.6, np.random.default_rng(1).normal(size=(3, 6, q))
+    pin(new, mean, sd)
+    values, expected = z * SENSOR["onset_sd"], np.zeros((3, 6))
+    for i, name in enumerate(NAMES):
+        median, log_sd = PRIOR[name]["median"], PRIOR[name]["log_sd"]
+        values[..., i] = median * np.exp(log_sd * z[..., i])
+        law = lognorm(sd * log_sd, scale=median * np.exp(mean[i] * log_sd))
+        expected += law.logpdf(values[..., i])
+    if onset:
+        law = norm(mean[7] * SENSOR["onset_sd"], sd * SENSOR["onset_sd"])
+        expected += law.logpdf(values[..., 7])
+    density = new.log_prob(values, np.zeros((3, SENSOR["samples"])))
+    np.testing.assert_allclose(density, expected, rtol=0, atol=2e-4)
+    # Planted faults: the change of variables left out, or made twice, is seen.
+    for times in (-1, 1):
+        assert np.abs(density + times * new.model.log_scaling(values) - expected).min() > 0.1
+
+
+def test_draws_of_a_curve_do_not_depend_on_the_others(series):
+    """Bit for bit: alone, among others, in any order; the density is the network's own times the
+    Jacobian."""
+    posterior, records = series
+    noise = noise_of(posterior, 5, 40)
+    together = posterior.sample(records, noise)
+    density = posterior.log_prob(together, records)
+    order = np.array([3, 0, 4])
+    np.testing.assert_array_equal(posterior.sample(records[order], noise[order]), together[order])
+    for i in range(5):
+        row = slice(i, i + 1)
+        np.testing.assert_array_equal(posterior.sample(records[row], noise[row]), together[row])
+        alone = posterior.log_prob(together[row], records[row])
+        np.testing.assert_array_equal(alone, density[row])
+    assert np.unique(together[:, 0, 0]).size == 5
+    with torch.no_grad():
+        z = torch.from_numpy(posterior.model.standardise(together)).float()
+        features = posterior.summary(torch.from_numpy(records).float())
+        network = posterior.inference.log_prob(z, features, steps=3).numpy()
+    expected = network + posterior.model.log_scaling(together)
+    np.testing.assert_allclose(density, expected, rtol=0, atol=2e-3)
+
+
+@pytest.mark.filterwarnings("ignore:overflow encountered")
+def test_draws_that_are_not_finite_raise(series):
+    _, records = series
+    posterior = pin(frozen(), 1e30, 1.0)
+    with pytest.raises(FloatingPointError, match="5 of 5"):
+        posterior.sample(records, noise_of(posterior, 5, 3))
+
+
+def test_first_weights_come_from_the_seed_and_the_motion():
+    state = torch.random.get_rng_state()
+    one, again = Posterior(settings(), seed=1), Posterior(settings(), seed=1)
+    others = Posterior(settings(), seed=2), Posterior(settings(motion="opening"), seed=1)
+    assert torch.equal(torch.random.get_rng_state(), state)
+    for name, weight in one.state_dict().items():
+        assert torch.equal(weight, again.state_dict()[name]), name
+    for other in others:
+        first = next(iter(one.parameters()))
+        assert not torch.equal(first, next(iter(other.parameters())))

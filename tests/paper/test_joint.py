@@ -1,0 +1,188 @@
+"""The joint model against densities written out: change of variables, prior, records."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+from scipy.stats import multivariate_normal, norm
+
+from breaker.common.randomness import generator
+from breaker.model.curves import travel
+from breaker.model.parameters import MOTIONS, NAMES
+from breaker.model.prior import Prior
+from breaker.paper.joint_model import Model, OwnPrior
+from tests.model.laws import covariance
+
+PAPER = Path(__file__).parents[2] / "config" / "paper.yaml"
+P = len(NAMES)
+F = NAMES.index("f")
+
+
+@pytest.fixture(params=["default", "paper"])
+def setting(request, defaults):
+    """Sections prior and sensor: with both nuisances, and the paper's, without."""
+    overlay = yaml.safe_load(PAPER.read_text(encoding="utf-8")) if request.param == "paper" else {}
+    return {"prior": defaults["prior"], "sensor": defaults["sensor"] | overlay.get("sensor", {})}
+
+
+@pytest.fixture(params=MOTIONS)
+def model(request, setting):
+    return Model.from_settings({**setting, "motion": request.param})
+
+
+@pytest.fixture
+def tight(model):
+    """The same with P(f > k_a L) of 0.36, so that the condition matters."""
+    medians = model.prior.medians.copy()
+    medians[F] = 0.42
+    return replace(model, prior=Prior(medians=medians, log_sds=model.prior.log_sds))
+
+
+def unknowns(model, n, name):
+    """Outputs drawn from the prior, ``(n, q)``, physical units."""
+    rng = generator(1, "test model", name)
+    theta = model.prior.sample(n, rng)
+    if not model.sensor.infers_onset:
+        return theta
+    return np.column_stack([theta, model.sensor.onset_sd * rng.standard_normal(n)])
+
+
+def exact_curves(model, values):
+    onset = values[:, P] if values.shape[1] > P else 0.0
+    return travel(values[:, :P], model.sensor.times, model.motion, onset=onset).travel
+
+
+def a_record(model):
+    """A record, and outputs of which some explain it."""
+    values = unknowns(model, 6, "record")
+    rng = generator(1, "test model", "noise")
+    return model.sensor.corrupt(exact_curves(model, values[:1]), rng)[0], values
+
+
+# ---- change of variables -----------------------------------------------------------------------
+
+
+def test_standardised_outputs_and_back(model):
+    values = unknowns(model, 60, "round trip").reshape(3, 20, -1)
+    z = model.standardise(values)
+    np.testing.assert_allclose(model.destandardise(z), values, rtol=1e-13)
+    scale = model.prior.log_sds
+    by_hand = np.log(values[..., :P] / model.prior.medians) / scale
+    np.testing.assert_allclose(z[..., :P], by_hand, atol=1e-12)
+    np.testing.assert_allclose(z[..., P:] * model.sensor.onset_sd, values[..., P:], rtol=1e-14)
+
+
+# ---- prior -------------------------------------------------------------------------------------
+
+
+def test_log_prior_is_that_of_the_physical_outputs(model, tight):
+    """``p(z) = p(values) / |d z / d values|``, with the onset's normal density."""
+    for chosen in (model, tight):
+        values = unknowns(chosen, 50, "change of variables")
+        onset = norm.logpdf(values[:, P:], scale=chosen.sensor.onset_sd or 1.0).sum(axis=1)
+        expected = chosen.prior.log_prob(values[:, :P]) + onset - chosen.log_scaling(values)
+        z = chosen.standardise(values)
+        np.testing.assert_allclose(chosen.log_prior(z), expected, atol=1e-10)
+        np.testing.assert_array_equal(chosen.log_prior(z[None, 7]), chosen.log_prior(z)[7:8])
+
+
+class Same:
+    """A prior of one's own that is the paper's; its scale comes from its draws."""
+
+    def __init__(self, prior):
+        self.names, self.sample, self.log_prob = NAMES, prior.sample, prior.log_prob
+
+
+def test_a_prior_of_ones_own_with_a_density_has_the_same_posterior(tight):
+    """Per unit of physical outputs, though another scale standardises them."""
+    own = Model(OwnPrior(Same(tight.prior)), tight.sensor, tight.motion)
+    assert own.logarithmic.tolist() == tight.logarithmic.tolist()
+    assert (own.sds < 1.03 * tight.sds).all()  # the condition narrows some
+    record, values = a_record(tight)
+    density, expected = (
+        each.log_joint(each.standardise(values), record) + each.log_scaling(values)
+        for each in (own, tight)
+    )
+    np.testing.assert_allclose(density, expected, atol=1e-8)
+    np.testing.assert_allclose(own.destandardise(own.standardise(values)), values, rtol=1e-12)
+    outside = values.copy()
+    outside[:, F] = 1e-3
+    assert np.isneginf(own.log_prior(own.standardise(outside))).all()
+
+
+def test_the_models_that_do_not_fit_together_are_refused(prior, sensor):
+    own = Same(prior)
+    own.sample = lambda n, rng: np.ones((5, 6))
+    with pytest.raises(ValueError, match="names"):
+        OwnPrior(own)
+    own = Same(prior)
+    own.names = [f"x{i}" for i in range(P)]
+    with pytest.raises(ValueError, match=r"model\.simulator"):
+        Model(OwnPrior(own), sensor, "closing")  # the paper's drive has other parameters
+    with pytest.raises(ValueError, match="onset_sd"):
+        Model(prior, sensor, "closing", lambda *_: None)
+    model = Model(prior, replace(sensor, onset_sd=0.0), "closing", lambda *_: np.ones((2, 3)))
+    with pytest.raises(ValueError, match="shape"):
+        model.curves(np.ones((2, P)))
+
+
+def test_log_prior_is_minus_infinity_outside(model):
+    q = len(model.outputs)
+    z = np.zeros((4, q))
+    # A weak closing force and a stiff opening spring: f of 0.56 is less than k_a L, 0.71.
+    z[1, [F, NAMES.index("k_a")]] = -3.0, 3.0
+    z[2, 0] = 20.0
+    z[3, 0] = 20.001
+    assert np.isneginf(model.log_prior(z)).tolist() == [False, True, False, True]
+    assert not model.prior.supported(model.destandardise(z)[1, :P])
+    assert np.isneginf(model.log_prior(-z)).tolist() == [False, False, False, True]
+
+
+def test_drives_too_fast_to_be_simulated_have_no_density(setting):
+    """Within 20 prior sds of a wide prior; the others keep theirs."""
+    wide = {name: each | {"log_sd": 1.5} for name, each in setting["prior"].items()}
+    model = Model.from_settings({**setting, "prior": wide, "motion": "closing"})
+    record, values = a_record(model)
+    z = model.standardise(values)
+    alone = model.log_joint(z, record)
+    fast = z.copy()
+    fast[1, NAMES.index("gamma_b")] = 15.0
+    with pytest.raises(ValueError, match="too fast to follow"):
+        model.curves(model.destandardise(fast))
+    density = model.log_joint(fast, record)
+    assert np.isneginf(density[1])
+    np.testing.assert_array_equal(np.delete(density, 1), np.delete(alone, 1))
+
+
+def test_wild_points_have_no_density(model):
+    """No overflow, no curve that takes for ever, and the tame point among them is not lost."""
+    q = len(model.outputs)
+    record, _ = a_record(model)
+    z = 1e6 * generator(1, "test model", "wild").standard_normal((200, q))
+    z = np.concatenate([z, 1e100 * np.eye(q), -1e100 * np.eye(q), np.zeros((1, q))])
+    expected = np.r_[np.full(len(z) - 1, -np.inf), model.log_joint(np.zeros((1, q)), record)]
+    np.testing.assert_array_equal(model.log_joint(z, record), expected)
+    assert np.isfinite(expected[-1])
+
+
+# ---- joint density -----------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("kept", [range(151), [*range(40), *range(80, 151)], [7, 80, 130], []])
+def test_log_joint_is_prior_times_likelihood(model, kept):
+    """In matrices written out, of the samples that are there. To a relative 1e-11: values of up to
+    1e6 come from sums of 151 squares."""
+    record, values = a_record(model)
+    kept, z = list(kept), model.standardise(values)
+    record[np.setdiff1d(np.arange(record.size), kept)] = np.nan
+    curves = exact_curves(model, values)
+    np.testing.assert_array_equal(model.curves(values), curves)
+    likelihood = 0.0
+    if kept:
+        errors = covariance(model.sensor)[np.ix_(kept, kept)]
+        residual = record[kept] - curves[:, kept]
+        likelihood = multivariate_normal(np.zeros(len(kept)), errors).logpdf(residual)
+    result = model.log_joint(z, record)
+    np.testing.assert_allclose(result, model.log_prior(z) + likelihood, rtol=1e-11)

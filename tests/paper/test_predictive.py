@@ -1,0 +1,392 @@
+"""From records to posteriors: draws, intervals, flags, predictions, tables."""
+
+import numpy as np
+import pytest
+import torch
+import xarray as xr
+from scipy.stats import chi2, kstest
+
+from breaker.common.zarr_store import save
+from breaker.model.parameters import NAMES, outputs
+from breaker.paper.correction import correct_validation
+from breaker.paper.inference import (
+    infer,
+    predict,
+    predict_stages,
+    predictive_p_value,
+    sample_records,
+    summaries,
+    validate,
+)
+from breaker.paper.validation import table
+from breaker.records.curves import open_curves
+from tests.model.laws import covariance
+from tests.networks_fixtures import (
+    certain_of,
+    exact_curves,
+    frozen,
+    noise_of,
+    operations_of,
+    pin,
+    simulated,
+)
+
+DRAWS = 25
+HOW = {"draws": DRAWS, "seed": 1, "misfit_p_value": 1e-3}
+
+
+@pytest.fixture(scope="module")
+def posterior():
+    """A model of moderate width around the middle of the prior, some draws outside of it."""
+    model = pin(frozen(curves=2048), 0.0, 2.0)
+    # Records move its mean, so that draws of two operations are not the same.
+    with torch.no_grad():
+        weight = model.inference.head.weight
+        rng = torch.Generator().manual_seed(4)
+        weight[:8] = 0.3 * torch.randn((8, weight.shape[1]), generator=rng)
+    model.solver_steps.fill_(2)
+    model.density_solver_steps.fill_(2)
+    return model
+
+
+@pytest.fixture(scope="module")
+def curves(posterior):
+    """Seven measured operations as the reader hands them on: the second and last are rejected."""
+    _, _, records = simulated(posterior, 7)
+    accepted = np.array([True, False, True, True, True, True, False])
+    reasons = ["", "line 40: travel is missing", "", "", "", "", "too short"]
+    records[~accepted] = np.nan
+    return operations_of(records, posterior.sensor.times).assign(
+        accepted=("operation", accepted),
+        reason=("operation", np.array(reasons)),
+        first_motion=("operation", np.where(accepted, 20.0, np.nan)),
+        operation=np.arange(3, 24, 3),
+    )
+
+
+@pytest.fixture(scope="module")
+def inferred(posterior, curves):
+    return infer(posterior, curves, **HOW)
+
+
+@pytest.fixture(scope="module")
+def certain(posterior):
+    """A truth ``(8,)``, its exact curve and record ``(t,)``, and a model certain of it."""
+    values, exact, records = simulated(posterior, 1)
+    model = pin(frozen(curves=2048), posterior.model.standardise(values)[0], 1e-4)
+    return exact[0], records[0], model
+
+
+def three(curves, *records):
+    """Three operations with other records."""
+    chosen = curves.isel(operation=[0, 2, 3]).copy(deep=True)
+    chosen["travel"][:] = np.stack(records)
+    return chosen
+
+
+# ---- inference of operations --------------------------------------------------------------------
+
+
+def test_intervals_and_shares_are_those_of_the_draws(posterior, curves, inferred):
+    """Rejected operations stay as missing values with their reason."""
+    accepted = curves.accepted.values
+    for name in ("draws", "median", "interval_50", "interval_95", "p_value", "outside_support"):
+        missing = np.isnan(inferred[name].values.reshape(7, -1))
+        assert missing[~accepted].all(), name
+        assert not missing[accepted].any(), name
+    for name in ("travel", "accepted", "reason", "file", "first_motion", "operation"):
+        np.testing.assert_array_equal(inferred[name].values, curves[name].values)
+    kept = inferred.isel(operation=np.flatnonzero(accepted))
+    draws = kept.draws.values.astype(np.float64)
+    assert draws.shape == (5, DRAWS, 8)
+    # Draws are stored in float32, the quantiles were taken before.
+    for name, levels in (("interval_50", [0.25, 0.75]), ("interval_95", [0.025, 0.975])):
+        expected = np.moveaxis(np.quantile(draws, levels, axis=1), 0, -1)
+        np.testing.assert_allclose(kept[name], expected, rtol=1e-5, atol=1e-6)
+    np.testing.assert_allclose(kept["median"], np.median(draws, axis=1), rtol=1e-5, atol=1e-6)
+    outside = (draws[..., 5] <= draws[..., 1] * draws[..., 6]).mean(axis=1)
+    np.testing.assert_allclose(kept.outside_support.values, outside, rtol=0, atol=1e-12)
+    assert 0 < outside.max() < 0.5
+    assert kept.output.values.tolist() == [output.name for output in outputs(True)]
+    assert kept.output_unit.values.tolist() == [output.unit for output in outputs(True)]
+    for i, record in enumerate(kept.travel.values):
+        p_value = predictive_p_value(posterior.model, record, draws[i])
+        assert float(kept.p_value[i]) == pytest.approx(p_value, rel=1e-2, abs=1e-12)
+    assert np.array_equal(kept.misfit.values, kept.p_value.values < 1e-3)
+
+
+def test_chunks_give_the_draws_of_the_whole(posterior, curves, inferred, tmp_path):
+    """Bit for bit, stored and read back: jobs may be cut anywhere, one of them all rejected."""
+    stores = []
+    for k, rows in enumerate((slice(0, 1), slice(1, 2), slice(2, 6), slice(6, 7))):
+        stores.append(tmp_path / f"chunk_{k}.zarr")
+        save(infer(posterior, curves.isel(operation=rows), **HOW), stores[-1])
+    joined = open_curves(stores)
+    assert set(joined.variables) == set(inferred.variables)
+    for name in inferred.variables:
+        np.testing.assert_array_equal(joined[name].values, inferred[name].values, err_msg=name)
+    other = infer(posterior, curves.isel(operation=[0]), **HOW | {"seed": 2})
+    assert not np.any(other.draws.values[0] == inferred.draws.values[0])
+
+
+def test_flags_of_fit_and_prior(certain, curves):
+    """A certain model fits its own record, not one with a bump; a tripled curve is unlike all."""
+    _, record, model = certain
+    bump = 0.45 * np.exp(-np.square((model.sensor.times - 30) / 6))
+    chosen = three(curves, record, record + bump, 3 * record)
+    result = infer(model, chosen, **HOW)
+    assert result.misfit.values.tolist() == [False, True, True]
+    assert result.outside_prior.values.tolist() == [False, False, True]
+    np.testing.assert_allclose(result.distance, model.distance(chosen.travel.values), rtol=1e-12)
+    # The threshold is a setting: p-values do not depend on it.
+    strict = infer(model, chosen, **HOW | {"misfit_p_value": 0.999})
+    np.testing.assert_array_equal(strict.p_value.values, result.p_value.values)
+    assert strict.misfit.values.all()
+    # An onset beyond 4 prior sds of 0.3 ms, early or late, is far from the time that was read.
+    values = np.tile(np.append(model.model.prior.medians, 0.0), (4, 20, 1))
+    values[:, :, 7] = 0.3 * np.array([-4.1, -3.9, 3.9, 4.1])[:, None]
+    far = summaries(model.model, values, np.full(4, 0.5), 1e-3)["far_onset"]
+    assert far.values.tolist() == [True, False, False, True]
+
+
+@pytest.mark.parametrize(
+    ("where", "kind"), [("distance", ValueError), ("sample", FloatingPointError)]
+)
+def test_an_operation_that_the_network_fails_on_leaves_the_rest(
+    posterior, curves, inferred, monkeypatch, where, kind
+):
+    """It stays, with the reason; the others are as they were, bit for bit."""
+    bad, right = curves.travel.values[3], getattr(posterior, where)
+
+    def failing(measured, *more):
+        if np.array_equal(measured[0], bad):
+            raise kind("no answer for this one")
+        return right(measured, *more)
+
+    monkeypatch.setattr(posterior, where, failing)
+    result = infer(posterior, curves, **HOW)
+    assert result.reason.values[3] == "close_3.csv: no posterior: no answer for this one"
+    assert not result.accepted.values[3]
+    assert not result.misfit.values[3]
+    for name in ("draws", "median", "interval_95", "p_value", "outside_support"):
+        assert np.isnan(result[name].values[3]).all(), name
+    # How far it is from the bank is known where that is not what failed.
+    assert np.isnan(result.distance.values[3]) == (where == "distance")
+    others = [0, 1, 2, 4, 5, 6]
+    one, other = (each.isel(operation=others) for each in (result, inferred))
+    xr.testing.assert_identical(one.drop_vars("reason"), other.drop_vars("reason"))
+    assert one.reason.values.tolist() == other.reason.values.tolist()
+
+
+def odd_records(record):
+    """Records that a reader might let through."""
+    at = np.arange(record.size)
+    return [
+        0.0 * record,
+        np.full(record.size, 1e6),
+        1e30 * record,
+        np.where(at == 20, record, np.nan),
+        np.full(record.size, np.nan),
+        np.where(at == 5, np.inf, record),
+        record[::-1],
+        np.where(at == 9, 1e5, record),
+    ]
+
+
+def test_no_odd_record_stops_the_others(series):
+    """Each has a posterior, or a reason; the ones next to it are as without it."""
+    posterior, good = series
+    records = np.array([good[1], *odd_records(good[0]), good[2]])
+    curves = operations_of(records, posterior.sensor.times)
+    result = infer(posterior, curves, **HOW)
+    for i, draws in enumerate(result.draws.values):
+        answered = np.isfinite(draws).all()
+        assert answered == result.accepted.values[i] == (result.reason.values[i] == "")
+    assert result.accepted.values[[0, -1]].all()
+    assert not result.accepted.values[4:7].any()
+    ends = infer(posterior, curves.isel(operation=[0, -1]), **HOW)
+    np.testing.assert_array_equal(result.draws[[0, -1]], ends.draws)
+    predict_stages(posterior.model, result, stages=len(records), seed=1)
+    # The correction, too: what it cannot correct has a reason.
+    some = result.isel(operation=result.accepted.values)
+    some = some.rename(operation="curve", travel="measured")
+    exact = correct_validation(posterior.model, some, rounds=2, seed=1)
+    assert (exact.resolved.values == (exact.why_unresolved.values == "")).all()
+
+
+@pytest.mark.parametrize("method", ["sample", "log_prob", "distance"])
+def test_records_that_a_network_does_not_accept_are_refused(series, method):
+    posterior, good = series
+    infinite, gaps = good.copy(), good.copy()
+    infinite[2, 3], gaps[:2, 4] = -np.inf, np.nan
+    for records, message in (
+        (infinite, "1 of 5 records have infinite samples"),
+        (gaps, "2 of 5 records have missing samples"),
+        (good[:, ::2], r"shape \(o, 31\), not \(5, 16\)"),
+        (good[0], r"shape \(o, 31\), not \(31,\)"),
+    ):
+        arguments = {
+            "sample": [records, noise_of(posterior, 5, 2)],
+            "log_prob": [np.ones((5, 1, 8)), records],
+            "distance": [records],
+        }
+        with pytest.raises(ValueError, match=message):
+            getattr(posterior, method)(*arguments[method])
+
+
+# ---- validation ---------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("motion", "onset"), [("closing", True), ("opening", False)])
+def test_validation_pairs_truth_and_record(motion, onset):
+    """Measured records lie around the exact curves of their truth: chi-square, exactly."""
+    posterior = pin(frozen(motion=motion, onset=onset), 0.0, 0.5)
+    data = validate(posterior, 60, 4, seed=11)
+    q = 8 if onset else 7
+    assert data.draws.dims == ("curve", "draw", "output")
+    assert data.draws.shape == (60, 4, q)
+    assert data.output.values.tolist() == [*NAMES, "onset"][:q]
+    values, measured = data.truth.values, data.measured.values
+    total = posterior.sensor.chi_square(measured, exact_curves(posterior, values)).sum()
+    # The bank keeps curves in float32, which adds nothing here. False-alarm probability 1e-3.
+    low, high = chi2.interval(1 - 1e-3, measured.size)
+    assert low < total < high
+    if onset:  # planted fault: the onset left out
+        still = exact_curves(posterior, values[:, :7])
+        assert posterior.sensor.chi_square(measured, still).sum() > high
+
+
+def test_validation_follows_its_seed_and_nothing_else(posterior):
+    data, again, other = (validate(posterior, 6, 5, seed=seed) for seed in (11, 11, 12))
+    xr.testing.assert_identical(data, again)
+    assert not np.any(data.truth.values == other.truth.values)
+    assert (data.attrs["seed"], data.attrs["solver_steps"]) == (11, 2)
+    # The draws of a record depend on its number and the seed, not on how many there are.
+    part = sample_records(posterior, data.measured.values[:3], data.truth.values[:3], 5, 11)
+    np.testing.assert_array_equal(part.draws.values, data.draws.values[:3])
+
+
+# ---- predictive p-values ------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("motion", "onset", "every"), [("closing", True, 3), ("opening", False, 1)]
+)
+def test_p_value_at_the_truth_is_uniform_and_in_closed_form(motion, onset, every):
+    """Of the samples that are there. Kolmogorov-Smirnov, false alarm 1e-3."""
+    posterior = frozen(motion=motion, onset=onset)
+    values, exact, records = simulated(posterior, 400)
+    there = np.arange(records.shape[1]) % every == 0
+    records[:, ~there] = np.nan
+    pairs = zip(records[:40], values[:40], strict=True)
+    p_values = [predictive_p_value(posterior.model, record, row[None]) for record, row in pairs]
+    residual, left = (records - exact)[:, there], covariance(posterior.sensor)[np.ix_(there, there)]
+    squares = np.einsum("nt,nt->n", residual, np.linalg.solve(left, residual.T).T)
+    closed_form = chi2.sf(squares, there.sum())
+    np.testing.assert_allclose(p_values, closed_form[:40], rtol=1e-9, atol=1e-12)
+    assert kstest(closed_form, "uniform").pvalue > 1e-3
+    # The mean over draws, of which the truth alone explains the record.
+    together = predictive_p_value(posterior.model, records[0], values[:3])
+    assert together == pytest.approx(p_values[0] / 3, rel=1e-3)
+    assert p_values[0] > 1e-2
+
+
+# ---- predictions --------------------------------------------------------------------------------
+
+
+def test_band_width_is_that_of_noise_and_zero(posterior):
+    """By its own moments: half width 1.96 sd, with the zero's part that the record leaves open."""
+    values, exact, records = simulated(posterior, 3)
+    draws = certain_of(values, 2000)
+    band, again, other = (predict(posterior.model, records, draws, seed=i) for i in (1, 1, 2))
+    xr.testing.assert_identical(band, again)
+    assert not np.any(band["median"].values == other["median"].values)
+    sensor, t = posterior.sensor, exact.shape[1]
+    prior_precision, data_precision = sensor.zero_sd**-2, t * sensor.noise_sd**-2
+    variance = 1 / (prior_precision + data_precision)
+    zero = variance * data_precision * (records - exact).mean(axis=1, keepdims=True)
+    half_width = 1.959964 * np.sqrt(sensor.noise_sd**2 + variance)
+    # A quantile of 2,000 replicates has a standard error of 2.7 sd / sqrt(2000), a median 1.25:
+    # 3 x 31 numbers each within 4.4 of them is a false-alarm probability of 1e-3 each.
+    unit = np.sqrt((sensor.noise_sd**2 + variance) / 2000)
+    for name, expected, error in (
+        ("median", exact + zero, 1.25),
+        ("lower", exact + zero - half_width, 2.7),
+        ("upper", exact + zero + half_width, 2.7),
+    ):
+        assert np.abs(band[name].values - expected).max() < 4.4 * error * unit, name
+    assert band.attrs == {"motion": "closing", "noise_sd": sensor.noise_sd}
+    np.testing.assert_array_equal(band.measured.values, records)
+
+
+@pytest.mark.parametrize(("stages", "expected"), [(3, [3, 12, 18]), (99, [3, 9, 12, 15, 18])])
+def test_stages_are_accepted_operations_over_the_whole_life(posterior, inferred, stages, expected):
+    result = predict_stages(posterior.model, inferred, stages=stages, seed=1)
+    assert result.operation.values.tolist() == expected
+    with pytest.raises(ValueError, match="no operation has a posterior"):
+        predict_stages(posterior.model, inferred.sel(operation=[6, 21]), stages=2, seed=1)
+    part = inferred.sel(operation=expected)
+    bands = predict(posterior.model, part.travel.values, part.draws.values, seed=1)
+    names = ("travel", "p_value", "misfit", "median", "lower", "upper")
+    for name, source in zip(names, [part] * 3 + [bands] * 3, strict=True):
+        np.testing.assert_array_equal(result[name].values, source[name].values)
+
+
+def test_share_inside_counts_the_main_motion_alone(certain, curves):
+    """Up to three quarters of the way of a closing; here by hand, from the exact curve."""
+    exact, record, model = certain
+    times = model.sensor.times
+    first, after = (int(np.searchsorted(times, t)) for t in (0.0, 40.0))
+    last = next(k for k, x in enumerate(exact) if x >= 0.75 * exact[-1])
+    odd = np.zeros((2, times.size))
+    odd[0, first + 1], odd[1, after:] = 1.0, 0.5 * np.resize([1, -1], times.size - after)
+    chosen = three(curves, record, *(record + odd))
+    found = infer(model, chosen, draws=100, seed=1, misfit_p_value=0.5)
+    result = predict_stages(model.model, found, stages=3, seed=1)
+    travel = chosen.travel.values
+    inside = (travel >= result.lower.values) & (travel <= result.upper.values)
+    expected = inside[:, first:last].mean(axis=1)
+    np.testing.assert_allclose(result.share_inside.values, expected, rtol=1e-12)
+    assert result.main_motion_end.values[0] == times[last - 1]
+    assert 0 < last - first < 10
+    # Planted: one sample of the main motion is off, and many samples after it are.
+    assert expected[1] < expected[0]
+    assert expected[2] - inside[2].mean() > 0.1
+
+
+# ---- table --------------------------------------------------------------------------------------
+
+
+def test_table_is_tidy(inferred):
+    """With what is known of the operations, and nothing empty."""
+    known = {
+        "breaker": [""] * 7,
+        "date": ["2024-11-20", *[""] * 6],
+        "temperature": [np.nan, 21.5, *[np.nan] * 5],
+        "event": [*[""] * 6, "greased"],
+    }
+    rows = table(inferred.assign({name: ("operation", each) for name, each in known.items()}))
+    plain = table(inferred).columns
+    assert plain.tolist() == [
+        *("operation", "output", "unit", "median"),
+        *("interval_50_lower", "interval_50_upper", "interval_95_lower", "interval_95_upper"),
+        *("p_value", "misfit", "outside_prior", "outside_support", "accepted", "reason", "file"),
+        "far_onset",
+    ]
+    assert set(rows.columns) - set(plain) == {"date", "temperature", "event"}
+    first = rows.drop_duplicates("operation")
+    assert first.event.tolist() == known["event"]
+    np.testing.assert_array_equal(first.temperature, known["temperature"])
+    assert rows.operation.tolist() == [k for k in range(3, 24, 3) for _ in range(8)]
+    assert rows.output.tolist() == [*NAMES, "onset"] * 7
+    units = dict(zip(rows.output, rows.unit, strict=True))
+    assert (units["L"], units["mu"], units["onset"]) == ("mm", "1", "ms")
+    by_output = rows.set_index(["operation", "output"])
+    for name, each in (
+        ("median", inferred["median"]),
+        ("interval_95_lower", inferred.interval_95.sel(bound="lower")),
+        ("interval_50_upper", inferred.interval_50.sel(bound="upper")),
+    ):
+        np.testing.assert_array_equal(by_output[name].unstack()[inferred.output.values], each)
+    for name in ("p_value", "misfit", "outside_prior", "accepted", "reason", "file"):
+        np.testing.assert_array_equal(rows[name], np.repeat(inferred[name].values, 8))

@@ -1,0 +1,196 @@
+"""Importance weights against problems in closed form: evidence, size, divergence, tail."""
+
+import numpy as np
+import pytest
+from arviz_stats.base import array_stats
+from scipy.stats import chisquare, norm
+
+from breaker.common.randomness import generator
+from breaker.paper.correction import importance, resample
+from tests.corrections import errors_p_value
+
+TWO_SIDED = norm.isf(0.5e-3)  # 3.29 standard errors: false alarm 1e-3
+
+# ---- a posterior N(0, I) in three dimensions, and a proposal N(SHIFT, WIDTH^2 I) -----------------
+
+WIDTH, SHIFT, LOG_EVIDENCE = 1.3, np.array([0.4, -0.3, 0.2]), -17.25
+# In units of the proposal, the posterior is N(M, S^2) in each coordinate.
+S, M = 1 / WIDTH, -SHIFT / WIDTH
+DIVERGENCE = 0.5 * np.sum(S**2 + M**2 - 1 - 2 * np.log(S))
+
+
+def weigh(n, rng):
+    z = SHIFT + WIDTH * rng.standard_normal((n, 3))
+    return norm.logpdf(z).sum(1) + LOG_EVIDENCE, norm.logpdf(z, SHIFT, WIDTH).sum(1)
+
+
+def moment(j):
+    """``E_q[w^j]`` of weights of mean one: ``p^j q^(1-j)`` is a Gaussian."""
+    precision = j / S**2 - (j - 1)
+    exponent = (j * M / S**2) ** 2 / (2 * precision) - j * M**2 / (2 * S**2)
+    return float(np.prod(np.exp(exponent) / (S**j * np.sqrt(precision))))
+
+
+def test_evidence_efficiency_and_divergence_in_closed_form():
+    """False alarm 1e-3 each; errors by the delta method."""
+    joint, density = weigh(40_000, generator(1, "test exact", "judged"))
+    result = importance(joint, density)
+    weights = np.exp(joint - density - np.max(joint - density))
+    np.testing.assert_allclose(np.exp(result.log_weights), weights / weights.sum(), rtol=1e-10)
+    assert result.size == pytest.approx(weights.sum() ** 2 / np.square(weights).sum(), rel=1e-10)
+    assert result.efficiency == result.size / len(joint)
+    assert result.faulty == 0
+    n, (second, third, fourth) = len(joint), (moment(j) for j in (2, 3, 4))
+    assert abs(result.log_evidence - LOG_EVIDENCE) < TWO_SIDED * result.log_evidence_se
+    assert result.log_evidence_se == pytest.approx(np.sqrt((second - 1) / n), rel=0.05)
+    covariance = np.array([[second - 1, third - second], [third - second, fourth - second**2]])
+    gradient = np.array([2 / second, -1 / second**2])
+    error = np.sqrt(gradient @ covariance @ gradient / n)
+    assert abs(result.efficiency - 1 / second) < TWO_SIDED * error
+    log_w = joint - density - LOG_EVIDENCE
+    error = np.std(np.exp(log_w) * (log_w - DIVERGENCE - 1)) / np.sqrt(n)
+    assert abs(result.gap - DIVERGENCE) < TWO_SIDED * error
+
+
+def test_the_best_classifier_in_closed_form():
+    """Draws twice as wide as the exact normal; it calls all within +-t exact. False alarm 1e-3."""
+    z = 2.0 * generator(1, "test exact", "classifier").standard_normal(40_000)
+    weighed = importance(norm.logpdf(z), norm.logpdf(z, scale=2.0))
+    t = np.sqrt(8.0 / 3.0 * np.log(2.0))
+    right = 0.5 * (1.0 - 2.0 * norm.sf(t)) + norm.sf(t / 2.0)
+    error = 0.25 * np.abs(np.exp(weighed.log_weights) * z.size - 1.0).std() / np.sqrt(z.size)
+    assert abs(weighed.c2st - right) < TWO_SIDED * error
+
+
+def test_evidence_is_unbiased_and_its_error_calibrated():
+    """Of many small samples: false alarm 1e-3 each. Its logarithm is only nearly unbiased."""
+    rng = generator(1, "test exact", "repeats")
+    results = [importance(*weigh(400, rng)) for _ in range(800)]
+    error = np.array([r.log_evidence for r in results]) - LOG_EVIDENCE
+    ratio = np.exp(error)
+    assert abs(ratio.mean() - 1) < TWO_SIDED * ratio.std() / np.sqrt(len(ratio))
+    assert errors_p_value(error, [r.log_evidence_se for r in results]) > 1e-3
+    # Planted fault: the error of a weight that has the effective size.
+    assert errors_p_value(error, [r.size**-0.5 for r in results]) < 1e-6
+
+
+# ---- Pareto k ----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("n", [25, 500])
+@pytest.mark.parametrize("width", [0.5, 0.8, 1.3])
+def test_pareto_k_is_that_of_arviz(n, width):
+    """Of ``N(0, I)`` in the plane by draws of another width: narrow, heavy tails; wide, bounded."""
+    z = width * generator(1, "test exact", "tail", n).standard_normal((n, 2))
+    log_ratio = norm.logpdf(z).sum(1) - norm.logpdf(z, scale=width).sum(1)
+    _, expected = array_stats.psislw(-log_ratio)  # it takes the negative
+    assert importance(log_ratio, np.zeros(n)).pareto_k == pytest.approx(expected, abs=1e-9)
+    assert np.isnan(importance(log_ratio[:24], np.zeros(24)).pareto_k)  # too few
+
+
+@pytest.mark.parametrize("ahead", [30, 740, 1e5])
+def test_one_weight_that_is_everything_is_not_a_good_tail(ahead):
+    """Also where the others underflow."""
+    log_ratio = generator(1, "test exact", "one").standard_normal(500)
+    log_ratio[7] += ahead
+    result = importance(log_ratio, np.zeros(500))
+    assert not result.pareto_k < 0.7
+    assert result.size == pytest.approx(1)
+
+
+# ---- edges -------------------------------------------------------------------------------------
+
+
+def test_equal_weights():
+    """Also with the round-off of a density taken off a large joint."""
+    density = generator(1, "test exact", "equal").normal(size=300)
+    result = importance(density + 120.0, density)
+    assert result.size == pytest.approx(300)
+    assert result.log_evidence == pytest.approx(120.0)
+    assert result.log_evidence_se == pytest.approx(0, abs=1e-7)  # the root of round-off
+    assert result.gap == pytest.approx(0, abs=1e-12)
+    assert (result.pareto_k, result.c2st) == (-np.inf, pytest.approx(0.5))
+
+
+def test_zero_weights_are_legitimate():
+    """A proposal cut by the support: everything is a binomial share, in closed form."""
+    z = generator(1, "test exact", "cut").standard_normal(4000)
+    share = np.mean(z > 0.3)
+    result = importance(np.where(z > 0.3, norm.logpdf(z), -np.inf), norm.logpdf(z))
+    assert result.faulty == 0
+    assert result.size == pytest.approx(4000 * share)
+    assert result.log_evidence == pytest.approx(np.log(share))
+    assert result.log_evidence_se == pytest.approx(np.sqrt((1 - share) / (4000 * share)))
+    assert result.gap == pytest.approx(-np.log(share))
+    none = importance(np.full(50, -np.inf), np.zeros(50))
+    assert (none.size, none.efficiency, none.faulty) == (0, 0, 0)
+    assert (none.log_evidence, none.log_evidence_se, none.gap) == (-np.inf, np.inf, np.inf)
+    assert np.isnan(none.pareto_k)
+
+
+@pytest.mark.parametrize(
+    ("joint", "density"),
+    [(np.nan, 0.0), (np.inf, 0.0), (0.0, np.nan), (0.0, -np.inf), (-np.inf, -np.inf)],
+)
+def test_faults_are_counted_and_leave_nothing_defined(joint, density):
+    log_joint, log_density = np.zeros(40), generator(1, "test exact", "faults").normal(size=40)
+    log_joint[5] = -np.inf  # legitimate
+    log_joint[10:13], log_density[10:13] = joint, density
+    result = importance(log_joint, log_density)
+    assert result.faulty == 3
+    numbers = (result.size, result.pareto_k, result.log_evidence, result.log_evidence_se)
+    assert np.isnan([*numbers, result.gap, result.efficiency, *result.log_weights]).all()
+
+
+# ---- resampling --------------------------------------------------------------------------------
+
+WEIGHTS = np.array([0.0, 0.31, 0.004, 0.0, 0.11, 0.2, 0.05, 0.0, 0.026, 0.3, 0.0])
+DRAWN, TIMES = 37, 4000
+
+
+def log(weights):
+    with np.errstate(divide="ignore"):
+        return np.log(weights)
+
+
+def test_each_draw_is_taken_its_number_of_times_and_at_any_place():
+    """Seven uncertain counts together, and three places: false alarm 1e-3 each."""
+    rng = generator(1, "test exact", "counts")
+    taken = np.array([resample(log(WEIGHTS), DRAWN, rng) for _ in range(TIMES)])
+    counts = np.array([np.bincount(row, minlength=len(WEIGHTS)) for row in taken])
+    expected = DRAWN * WEIGHTS
+    assert np.all((counts >= np.floor(expected)) & (counts <= np.ceil(expected)))
+    share = expected % 1  # of roundings up
+    uncertain = share > 0
+    error = np.sqrt((share * (1 - share))[uncertain] / TIMES)
+    assert np.all(np.abs(counts.mean(0) - expected)[uncertain] < norm.isf(1e-3 / 14) * error)
+    positive = WEIGHTS > 0
+    for place in (0, DRAWN // 2, -1):
+        observed = np.bincount(taken[:, place], minlength=len(WEIGHTS))[positive]
+        assert chisquare(observed, TIMES * WEIGHTS[positive]).pvalue > 1e-3 / 3
+
+
+class Start:
+    """Generator whose one random number is given, and which keeps the order."""
+
+    def __init__(self, number):
+        self.number = number
+
+    def random(self):
+        return self.number
+
+    def permutation(self, values):
+        return values
+
+
+@pytest.mark.parametrize("start", [0.0, 1e-300, 0.5, np.nextafter(1.0, 0.0)])
+@pytest.mark.parametrize("n", [1, 37, 99_991])
+def test_zero_weights_are_never_taken(start, n):
+    """Not at either end either, where positions meet edges in round-off."""
+    weights = np.concatenate([WEIGHTS, np.full(5, 0.1), np.zeros(2)])
+    indices = resample(log(weights / weights.sum()), n, Start(start))
+    assert indices.shape == (n,)
+    assert np.all(weights[indices] > 0)
+    # The last edge is the sum as it came out, so that weights need not sum to 1.
+    indices = resample(np.log(np.full(10, 0.099)), 1000, Start(0.5))
+    np.testing.assert_array_equal(np.bincount(indices), np.full(10, 100))
