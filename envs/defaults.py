@@ -21,7 +21,7 @@ _HEADS = {
     "config/config.yaml": """\
 The settings of a drive, its records and decisions, with their defaults; all others are in
 advanced.yaml. Units are mm, ms and m/s, which is mm/ms. Do not edit these files: write the settings
-that differ into a file of your own (docs/settings.md), and give it to the workflow,
+that differ into a file of your own (docs/reference/settings.md), and give it to the workflow,
 
     snakemake -c2 all --configfile config/my.yaml
 
@@ -55,7 +55,7 @@ def files() -> dict[Path, str]:
         found[Path(file)] = "\n".join(lines) + "\n"
     text = yaml.safe_dump(schema(), sort_keys=False, width=_WIDTH, allow_unicode=True)
     found[Path("workflow/schemas/config.schema.yaml")] = f"# Made by `make defaults`.\n{text}"
-    found[Path("docs/settings.md")] = page()
+    found[Path("docs/reference/settings.md")] = page()
     return found
 
 

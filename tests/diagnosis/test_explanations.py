@@ -23,9 +23,9 @@ FAMILY = "medium_voltage"
 
 def inspection(rng, ratio=1.0, rate=1.0, contact=False, **factors):
     """Records of a drive of the model; its parameters scatter by 0.4 %, with noise of 0.1 mm."""
-    found = {motion: [] for motion in MOTIONS}
+    records = {motion: [] for motion in MOTIONS}
     change = np.array([factors.get(name, 1.0) for name in NAMES])
-    for motion, raws in found.items():
+    for motion, raws in records.items():
         for _ in range(3):
             theta = THETA * change * np.exp(0.004 * rng.standard_normal(len(NAMES)))
             late = 0.3 * rng.standard_normal()
@@ -36,16 +36,17 @@ def inspection(rng, ratio=1.0, rate=1.0, contact=False, **factors):
                 at = LEAD + rate * (late + curve.switching[0]) + 0.05 * rng.standard_normal()
                 raw = replace(raw, contact=ContactTimes(at, 0.05))
             raws.append(raw)
-    return found
+    return records
 
 
-def explained(seed, **change):
+def explained(seed, sliding=0.0, **change):
+    """Explanations of a change by their cause."""
     rng = np.random.default_rng(seed)
-    about = {name: change[name] for name in ("contact",) if name in change}
-    before, today = inspection(rng, **about), inspection(rng, **change)
-    found = explain(Pair.of(before, today), shipped_sensitivities(FAMILY))
-    assert sum(each.probability for each in found) == pytest.approx(1.0)
-    return {each.cause: each for each in found}
+    before = inspection(rng, contact=change.get("contact", False))
+    pair = Pair.of(before, inspection(rng, **change))
+    causes = explain(pair, shipped_sensitivities(FAMILY), sliding=sliding)
+    assert sum(one.probability for one in causes) == pytest.approx(1.0)
+    return {one.cause: one for one in causes}
 
 
 @pytest.mark.parametrize(
@@ -59,35 +60,30 @@ def explained(seed, **change):
     ],
 )
 def test_the_true_cause_is_the_most_probable(change, cause, parameter, amount):
-    found = explained(3, **change)
-    best = max(found.values(), key=lambda each: each.probability)
+    best = max(explained(3, **change).values(), key=lambda one: one.probability)
     assert (best.cause, best.parameter) == (cause, parameter)
     assert best.probability > (0.95 if change else 0.5)
     if amount is not None:
         assert best.change[1] == pytest.approx(amount, abs=1.5)
 
 
-def test_a_recorded_contact_tells_a_ratio_from_a_force():
-    """A ratio scales the travel at the contact, and a force hardly does."""
+def test_a_recorded_contact_distinguishes_a_ratio_from_a_force():
+    """A ratio scales the travel at the contact, and a force hardly does. A contact that may slide
+    leaves a ratio uncertain unless it is recorded.
+    """
     odds = {}
     for contact, ratio in product((False, True), repeat=2):
-        found = explained(4, contact=contact, **({"ratio": 0.95} if ratio else {"f": 0.95}))
-        drive, other = (found[cause].probability + 1e-300 for cause in ("drive", "ratio"))
+        causes = explained(4, contact=contact, **({"ratio": 0.95} if ratio else {"f": 0.95}))
+        drive, other = (causes[cause].probability + 1e-300 for cause in ("drive", "ratio"))
         odds[contact, ratio] = np.log(drive / other)
     assert odds[True, False] > odds[False, False] > 0.0
     assert odds[True, True] < odds[False, True] < 0.0
+    for contact in (False, True):
+        drive = explained(6, sliding=0.3, ratio=0.94, contact=contact)["drive"]
+        assert (drive.probability < 0.05) == contact
 
 
-@pytest.mark.parametrize(("contact", "certain"), [(False, False), (True, True)])
-def test_a_contact_that_may_slide_leaves_a_ratio_uncertain_unless_it_is_recorded(contact, certain):
-    rng = np.random.default_rng(6)
-    before, today = (inspection(rng, r, contact=contact) for r in (1.0, 0.94))
-    found = explain(Pair.of(before, today), shipped_sensitivities(FAMILY), sliding=0.3)
-    drive = next(each for each in found if each.cause == "drive")
-    assert (drive.probability < 0.05) == certain
-
-
-def test_amounts_are_as_uncertain_as_they_say():
+def test_amounts_are_as_uncertain_as_stated():
     """Mean squared z of 400 amounts, of mean 1; a false alarm in 1 of 1,000."""
     rng, n = np.random.default_rng(2), 60
     root = rng.standard_normal((n, n)) / np.sqrt(n) + 0.3 * np.eye(n)
@@ -101,7 +97,7 @@ def test_amounts_are_as_uncertain_as_they_say():
     assert abs(np.mean(np.square(z)) - 1.0) < 3.29 * np.sqrt(2.0 / 400.0)
 
 
-def test_what_ships_agrees_with_the_exact_curve_of_the_model():
+def test_shipped_slopes_agree_with_the_exact_curve_of_the_model():
     """Slopes by f and k_a at the medians, within a tenth: the family has many other effects."""
     step, by = 0.05, 0.03
     times = np.arange(-12.0, 110.0, step)
@@ -111,14 +107,14 @@ def test_what_ships_agrees_with_the_exact_curve_of_the_model():
         rows = THETA * np.exp(by * np.concatenate([np.zeros((1, 7)), np.eye(7), -np.eye(7)]))
         curves = sign * travel(rows, times, motion).travel
         like = shape_of(curves[0], step)
-        ways = np.array([shape_of(each, step, like).way for each in curves])
+        ways = np.array([shape_of(curve, step, like).way for curve in curves])
         shapes.append(ways[0])
         durations.append(like.duration)
         slopes.append((ways[1:8] - ways[8:]) / (2.0 * by))
     pace = np.log(durations[1] / durations[0])
-    found, _ = shipped_sensitivities(FAMILY)[MOTIONS].of(np.concatenate(shapes), pace)
-    found = found.reshape(len(NAMES), 2, -1)[:, :, : SHAPE_TIMES.size]
-    for name in ("f", "k_a"):
-        exact = np.array([each[NAMES.index(name)] for each in slopes])
-        left = found[NAMES.index(name)] - exact
-        assert np.sqrt(np.mean(np.square(left))) < 0.1 * np.sqrt(np.mean(np.square(exact)))
+    shipped, _ = shipped_sensitivities(FAMILY)[MOTIONS].of(np.concatenate(shapes), pace)
+    shipped = shipped.reshape(len(NAMES), 2, -1)[:, :, : SHAPE_TIMES.size]
+    for place in (NAMES.index("f"), NAMES.index("k_a")):
+        exact = np.array([slope[place] for slope in slopes])
+        off = np.square(shipped[place] - exact).mean() / np.square(exact).mean()
+        assert np.sqrt(off) < 0.1

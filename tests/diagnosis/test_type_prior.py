@@ -11,43 +11,31 @@ from breaker.common.randomness import generator
 from breaker.configuration.definitions import family_of
 from breaker.diagnosis.estimate import Given
 from breaker.diagnosis.session import Diagnosis
-from breaker.diagnosis.type_prior import (
-    DrawnType,
-    fit_type,
-    list_type,
-    warnings_of,
-)
+from breaker.diagnosis.type_prior import DrawnType, fit_type, list_type, warnings_of
 from breaker.model.parameters import MOTIONS, Size
 from breaker.shipped import HELD_BACK
 from tests.diagnosis.drives import breakers_of, type_of, write_breakers
 
-SPREAD, NOISE = 0.03, 0.02
 USUAL = np.array([0.2, 0.15, 0.2, 0.2, 0.4, 0.1, 0.05])
 TYPES, BREAKERS, FURTHER = 3, 3, 3
 
 pytestmark = pytest.mark.usefixtures("a_quarter_of_the_draws")
 
 
-# ---- the model -----------------------------------------------------------------------------------
-
-
 def learned(seed, n=30, deviating=()):
     """A type of drives with three operations each, and with an error that all of them share."""
     rng = np.random.default_rng(seed)
-    own = 0.5 + SPREAD * rng.standard_normal((n, 7))
+    own = 0.5 + 0.03 * rng.standard_normal((n, 7))
     own[list(deviating), 3] += 0.5
-    means = own[:, None] + NOISE * rng.standard_normal((n, 3, 7))
+    means = own[:, None] + 0.02 * rng.standard_normal((n, 3, 7))
     logs = means[:, :, None] + 0.15 * rng.standard_normal((n, 3, 100, 7))
     return DrawnType.of(np.exp(logs), USUAL)
 
 
-def test_deviating_drives_do_not_widen_the_type():
-    found, alike = learned(1, deviating=[0, 1, 2]), learned(1)
-    assert found.log_sds == pytest.approx(alike.log_sds, rel=0.1)
-    assert np.log(found.medians) == pytest.approx(np.full(7, 0.5), abs=0.04)
-
-
-def test_one_drive_shows_no_spread():
+def test_deviating_drives_do_not_widen_the_type_and_one_drive_shows_no_spread():
+    several, same = learned(1, deviating=[0, 1, 2]), learned(1)
+    assert several.log_sds == pytest.approx(same.log_sds, rel=0.1)
+    assert np.log(several.medians) == pytest.approx(np.full(7, 0.5), abs=0.04)
     assert (learned(1, n=1).log_sds > USUAL).all()
 
 
@@ -60,13 +48,10 @@ def asked(defaults, levels):
 
 
 @pytest.fixture(scope="module")
-def drives(prior):
+def written(tmp_path_factory, prior):
+    """Two breakers with two operations of both motions."""
     rng = generator(6, "test recorded")
-    return breakers_of(type_of(prior, rng), family_of(HELD_BACK), 2, rng)
-
-
-@pytest.fixture(scope="module")
-def written(tmp_path_factory, drives):
+    drives = breakers_of(type_of(prior, rng), family_of(HELD_BACK), 2, rng)
     return write_breakers(tmp_path_factory.mktemp("type"), drives, 2, generator(1, "test files"))
 
 
@@ -75,31 +60,26 @@ def fitted(written, asked):
     return fit_type(list_type([written], MOTIONS), asked)
 
 
-def counts(fitted):
-    return {name: len(estimates) for name, estimates in fitted.estimates.items()}
+def codes(fitted, **changes):
+    return {remark.code for remark in warnings_of(replace(fitted, **changes))}
 
 
 def test_breakers_of_a_table(fitted):
-    assert counts(fitted) == {"Q0": 4, "Q1": 4}
-    assert {e.motions for e in fitted.estimates["Q0"]} == {MOTIONS}  # of an operation, together
+    """Those that are left out, and openings of drives with dampers, are warnings."""
+    first, second = fitted.estimates["Q0"], fitted.estimates["Q1"]
+    assert (len(first), len(second)) == (4, 4)
+    assert {estimate.motions for estimate in first} == {MOTIONS}  # of an operation, together
     assert (fitted.rejected, fitted.names) == ([], ["Q0", "Q1"])
     assert fitted.sensor.noise_sd == pytest.approx(0.1, rel=0.15)
     assert fitted.size.lengths == pytest.approx(1.0, abs=0.3)
-    assert [remark.code for remark in warnings_of(fitted)] == []
-
-
-def test_breakers_that_are_left_out_are_warnings(fitted):
-    outside = [replace(e, draws=None, misfit=True) for e in fitted.estimates["Q0"]]
-    for estimates, names, codes in (
-        (outside, ["Q1"], {"type-one-breaker", "type-left-out"}),
-        ([*outside[1:], fitted.estimates["Q0"][0]], ["Q0", "Q1"], {"type-outside"}),
-    ):
-        new = {"Q0": estimates, "Q1": fitted.estimates["Q1"]}
-        new = replace(fitted, estimates=new, names=names)
-        assert {remark.code for remark in warnings_of(new)} == codes
-    any_levels = SimpleNamespace(usual=fitted.levels.usual, settings={"family": "any"})
-    damped = replace(fitted, levels=any_levels)  # openings of drives with dampers
-    assert [remark.code for remark in warnings_of(damped)] == ["type-damped"]
+    assert codes(fitted) == set()
+    outside = [replace(estimate, draws=None, misfit=True) for estimate in first]
+    left_out = {"estimates": {"Q0": outside, "Q1": second}, "names": ["Q1"]}
+    assert codes(fitted, **left_out) == {"type-one-breaker", "type-left-out"}
+    some = {"Q0": [*outside[1:], first[0]], "Q1": second}
+    assert codes(fitted, estimates=some) == {"type-outside"}
+    levels = SimpleNamespace(usual=fitted.levels.usual, settings={"family": "any"})
+    assert codes(fitted, levels=levels) == {"type-damped"}
 
 
 def test_operations_of_one_type_are_chosen_and_a_copy_counts_once(tmp_path, written, asked):
@@ -109,18 +89,17 @@ def test_operations_of_one_type_are_chosen_and_a_copy_counts_once(tmp_path, writ
     (folder / "closing_1_2.csv").write_text("time,travel\n0,1\n", encoding="utf-8")
     again = shutil.copytree(folder, tmp_path / "again")
     fitted = fit_type(list_type([folder, again], ["closing"]), asked)
-    assert counts(fitted) == {"Q0": 2}
+    assert {name: len(estimates) for name, estimates in fitted.estimates.items()} == {"Q0": 2}
     assert len(fitted.rejected) == 2 + 4
     table = folder / "operations.csv"
     head, *rows = table.read_text(encoding="utf-8").splitlines()
     rows = [f"{row},{'GL 314' if 'Q1' in row else 'GL318'}" for row in rows]
     table.write_text("\n".join([f"{head},type", *rows]), encoding="utf-8")
     own = list_type([folder], MOTIONS, "gl-314")
-    assert {e.breaker for operations in own.values() for e in operations} == {"Q1"}
-    for choice, code in (("GL31", "type-choose"), ("", "type-choose")):
-        with pytest.raises(ValueError, match=r"GL 314, GL318") as caught:
-            list_type([folder], MOTIONS, choice)
-        assert caught.value.args[0].code == code
+    assert {one.breaker for operations in own.values() for one in operations} == {"Q1"}
+    with pytest.raises(ValueError, match=r"GL 314, GL318") as caught:
+        list_type([folder], MOTIONS, "")
+    assert caught.value.args[0].code == "type-choose"
     with pytest.raises(FileNotFoundError) as caught:
         list_type([folder, tmp_path / "nowhere"], MOTIONS)  # not left out in silence
     assert caught.value.args[0].code == "type-no-operation"
@@ -129,37 +108,32 @@ def test_operations_of_one_type_are_chosen_and_a_copy_counts_once(tmp_path, writ
 # ---- the prior -----------------------------------------------------------------------------------
 
 
-@pytest.fixture(scope="module")
-def types(prior, asked, tmp_path_factory):
-    """Fitted priors of some types, their truth, and further breakers with their records."""
-    found = []
-    for number in range(TYPES):
-        rng = generator(4, "test type", number)
-        true = type_of(prior, rng)
-        drives = breakers_of(true, family_of(HELD_BACK), BREAKERS + FURTHER, rng)
-        folder = write_breakers(tmp_path_factory.mktemp("type"), drives, 2, rng)
-        listed = list_type([folder], MOTIONS)
-        some = [
-            {m: [e for e in every if (int(e.breaker[1:]) < BREAKERS) == first] for m, every in of}
-            for of, first in ((listed.items(), True), (listed.items(), False))
-        ]
-        fitted, records = fit_type(some[0], asked), asked.read(some[1])
-        further = [
-            (drive, [r for r in records if r.operation.breaker == f"Q{k}"])
-            for k, drive in enumerate(drives)
-        ][BREAKERS:]
-        found.append((true, fitted, further))
-    return found
+def fit_of(number, prior, asked, folder):
+    """Fitted prior of a type, its truth, and further breakers with their records."""
+    rng = generator(4, "test type", number)
+    true = type_of(prior, rng)
+    drives = breakers_of(true, family_of(HELD_BACK), BREAKERS + FURTHER, rng)
+    listed = list_type([write_breakers(folder, drives, 2, rng)], MOTIONS)
+    first, rest = {}, {}
+    for motion, operations in listed.items():
+        first[motion] = [one for one in operations if int(one.breaker[1:]) < BREAKERS]
+        rest[motion] = [one for one in operations if one not in first[motion]]
+    records, further = asked.read(rest), []
+    for k in range(BREAKERS, BREAKERS + FURTHER):
+        own = [record for record in records if record.operation.breaker == f"Q{k}"]
+        further.append((drives[k], own))
+    return true, fit_type(first, asked), further
 
 
 @pytest.mark.slow
-def test_medians_are_recovered_and_further_breakers_are_inferred_better(types, asked):
+def test_medians_are_recovered_and_further_breakers_are_inferred_better(prior, asked, tmp_path):
     """63 parameters of 9 breakers, 90 % of them in their intervals: with an effective number of
     24 independent ones, less than 70 % has a probability below 1e-3. A prior that is four times
     too narrow fails: the planted fault.
     """
-    inside, ratios, below = {"fitted": [], "narrow": []}, [], []
-    for true, fitted, further in types:
+    inside, ratios, below = {"none": [], "fitted": [], "narrow": []}, [], []
+    for number in range(TYPES):
+        true, fitted, further = fit_of(number, prior, asked, tmp_path / str(number))
         off = np.log(fitted.drawn.medians / true.medians)
         assert np.all(np.abs(off) < 3.5 * fitted.drawn.log_sds)
         below.append(fitted.prior.log_sds < true.log_sds)
@@ -174,7 +148,7 @@ def test_medians_are_recovered_and_further_breakers_are_inferred_better(types, a
                 low, high = np.quantile(np.log(theta), [0.05, 0.95], axis=0)
                 widths[name] = high - low
                 contains = (low <= np.log(drive.theta)) & (np.log(drive.theta) <= high)
-                inside.setdefault(name, []).append(contains)
+                inside[name].append(contains)
             ratios.append(widths["fitted"] / widths["none"])
     assert np.mean(below) <= 0.1
     assert np.mean(inside["fitted"]) > 0.7

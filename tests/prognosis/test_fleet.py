@@ -18,7 +18,7 @@ from breaker.records.folder import list_fleet
 from breaker.records.operations import Operation
 
 TIME, SPREAD = 0.1 * np.arange(760), 0.02  # ms
-WORN, DIFFERENT, BROKEN, REMOUNTED = "Q1", "Q2", "Q5", "Q6"
+WORN, DIFFERENT, BROKEN, REMOUNTED = "Q2", "Q4", "Q7", "Q8"
 HEAD = "file,motion,operation,breaker,phase,date"
 
 
@@ -58,10 +58,10 @@ def one_drive(tmp_path, defaults):
 
 @pytest.fixture(scope="module")
 def drives(tmp_path_factory, prior, defaults):
-    """Seven drives: one with more damping, one that has worn, one remounted, one not readable."""
+    """Nine drives: one with more damping, one that has worn, one remounted, one not readable."""
     folder, rng = tmp_path_factory.mktemp("fleet"), np.random.default_rng(1)
     lines = []
-    for breaker in (f"Q{k}" for k in range(7)):
+    for breaker in (f"Q{k}" for k in range(9)):
         theta = prior.medians * np.exp(SPREAD * rng.standard_normal(len(NAMES)))
         theta[3] *= 1.6 if breaker == DIFFERENT else 1.0
         worn = theta * np.where(np.array(NAMES) == "gamma_a", 1.4, 1.0)
@@ -109,7 +109,7 @@ def test_drives_without_a_usable_record_or_with_another_ratio_are_unknown(result
 def test_the_table_has_the_urgent_drive_first_and_marks_those_unlike_their_type(results):
     table = fleet_table(read_results(to_json(results)))
     assert table.equals(fleet_table(results))
-    assert (len(table), table.breaker[0], table.state[0]) == (7, WORN, "due")
+    assert (len(table), table.breaker[0], table.state[0]) == (9, WORN, "due")
     assert {*table.breaker[table.differs == True]} == {DIFFERENT, WORN}  # noqa: E712, nan is not
     known = table[table.breaker != BROKEN]  # also without limits
     assert (known.most_different != "").all()

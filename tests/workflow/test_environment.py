@@ -135,26 +135,6 @@ def test_versions_of_python_are_declared_as_they_are_tried(monkeypatch):
     assert all({version, f"{version};", f"{version},"} & set(readme) for version in named)
 
 
-def test_make_refuses_an_old_python(tmp_path):
-    old = tmp_path / "python3.9"
-    old.write_text(
-        f"#!/bin/sh\nexec {sys.executable} -c "
-        '"import sys; sys.version_info = (3, 9); exec(sys.argv[1])" "$2"\n'
-    )
-    old.chmod(0o755)
-    # A make variable for the environment's folder keeps the real one out of this.
-    result = subprocess.run(
-        ["make", "environment", f"PYTHON={old}", f"VENV={tmp_path / 'venv'}"],
-        cwd=ROOT,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert result.returncode != 0
-    assert "needs Python 3.11 or newer" in result.stderr
-    assert not (tmp_path / "venv").exists()
-
-
 @pytest.mark.slow
 def test_the_post_deploy_script_installs_the_package_into_a_new_environment(tmp_path):
     """As Snakemake does with conda: a copy of the script, in the folder of the results."""

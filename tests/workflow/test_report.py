@@ -5,7 +5,7 @@ from types import SimpleNamespace
 
 import jinja2
 import pytest
-from docutils.core import publish_doctree, publish_parts
+from docutils.core import publish_doctree
 from docutils.nodes import paragraph
 
 from breaker.configuration.loading import defaults, of_motion
@@ -22,7 +22,7 @@ PAGES = {
 }
 
 
-def filled_in(page, motion, *, curves=None, files=()):
+def filled_in(page, motion, curves):
     """Fill in a page as the report does; a key that is missing raises."""
     config = defaults()
     config["endurance"]["curves"] = curves
@@ -35,39 +35,17 @@ def filled_in(page, motion, *, curves=None, files=()):
         )
     text = PAGES[page].read_text()
     environment = jinja2.Environment(undefined=jinja2.StrictUndefined)
-    return environment.from_string(text).render(snakemake=job, files=files)
+    return environment.from_string(text).render(snakemake=job, files=())
 
 
 @pytest.mark.parametrize("page", PAGES)
 @pytest.mark.parametrize("curves", [None, " my `curves`_*|<b>"])
 def test_page_is_valid(page, curves):
     for motion in MOTIONS:
-        text = filled_in(page, motion, curves=curves)
+        text = filled_in(page, motion, curves)
         # Warnings raise (halt_level 2), and are told in the exception, not on the screen.
         settings = {"halt_level": 2, "report_level": 5, "_disable_config": True}
         tree = publish_doctree(text, settings_overrides=settings)
         assert len(list(tree.findall(paragraph))) >= 1
         assert page in TOGETHER or motion in text
         assert ("simulated drive" in text) <= (curves is None)
-
-
-def test_the_report_opens_on_the_verdict(tmp_path):
-    """Its first page comes before any other word, and the next figures are linked if they exist."""
-    (tmp_path / "results").mkdir()
-    page = tmp_path / "results/first_page.html"
-    names = ("figures/verdict.png", "figures/health.png", "results/decisions.csv")
-    files = [SimpleNamespace(path=tmp_path / name, target=Path(name).name) for name in names]
-    links = "".join(f"\n\n.. _{each.target}: javascript:show()" for each in files)
-
-    def opened(files):
-        text = filled_in("workflow", "", files=files) + links
-        settings = {"halt_level": 2, "report_level": 2, "_disable_config": True}
-        return publish_parts(text, writer="html", settings_overrides=settings)["html_body"]
-
-    page.write_text('<div id="first-page"><img src="data:image/png;base64,AA=="></div>')
-    body = opened(files)
-    assert body.removeprefix('<div class="document">').strip().startswith('<div id="first-page">')
-    assert body.count("javascript:show()") == 3
-    page.unlink()  # of another target than all figures
-    assert "first-page" not in opened(files[:1])
-    assert "verdict" in opened(files[:1])

@@ -35,7 +35,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     arguments = sys.argv[1:] if arguments is None else arguments
     status, fault = 1, ""
     try:
-        options = _parser(arguments[:1]).parse_args(arguments)
+        options = parser(arguments[:1]).parse_args(arguments)
         if not sys.stderr.isatty():
             os.environ.setdefault("TQDM_DISABLE", "1")  # progress is for who waits on a terminal
         logging.getLogger("breaker").setLevel(logging.ERROR)  # answers state reasons of warnings
@@ -101,14 +101,14 @@ class _Parser(argparse.ArgumentParser):
         say(message, beside=file is not sys.stdout, end="")
 
 
-def _parser(named: Sequence[str]) -> argparse.ArgumentParser:
+def parser(named: Sequence[str] = ()) -> argparse.ArgumentParser:
     """Return the parser of the command that is named first, or of all where none is."""
     what = "From a breaker's travel curve to the state of its drive."
-    parser = _Parser(prog="breaker", description=what)
-    parser.add_argument("--version", action="version", version=f"breaker {__version__}")
-    parser.set_defaults(smaller="name fewer files, or lower endurance.draws")
-    commands = parser.add_subparsers(required=True, metavar="COMMAND")
-    what = f"configuration files, laid over {PROJECT} if there is one, or the defaults"
+    made = _Parser(prog="breaker", description=what)
+    made.add_argument("--version", action="version", version=f"breaker {__version__}")
+    made.set_defaults(smaller="name fewer files, or lower endurance.draws")
+    commands = made.add_subparsers(required=True, metavar="COMMAND")
+    what = f"configuration files, laid over {PROJECT}, or over the defaults"
     for name in [known for known in _COMMANDS if known in named] or _COMMANDS:
         module = importlib.import_module(f"breaker.cli.{name.replace('-', '_')}")
         about = module.__doc__.removesuffix(".").partition("`: ")[2]
@@ -116,4 +116,4 @@ def _parser(named: Sequence[str]) -> argparse.ArgumentParser:
         command.set_defaults(run=module.run)
         module.add(command)
         add_path(command, "--config", "YAML", what, **SEVERAL)
-    return parser
+    return made

@@ -18,19 +18,19 @@ def add(compare: argparse.ArgumentParser) -> None:
     """Compare two inspections of one drive, years apart. One record of each inspection is enough.
     The command judges the later inspection by the limits, and reports measured changes, their
     explanations, and changes of parameters with intervals and the probability of no change. The
-    status is 1 if nothing was compared.
+    exit status is 1 if nothing was compared.
     """
     inputs.add_path(compare, "before", "BEFORE", "records of the earlier inspection", nargs="+")
     today = inputs.SEVERAL | {"required": True}
     inputs.add_path(compare, "--today", "TODAY", "records of the later inspection", **today)
     for visit in _VISITS:
-        what = f"configuration files of the inspection {visit} alone, laid over the others"
+        what = f"configuration files for the inspection {visit} only, laid over the others"
         inputs.add_path(compare, f"--config-{visit}", "YAML", what, **inputs.SEVERAL)
     inputs.add_choice(compare)
-    same = "both inspections have the same transducer and ratio: a change is one of the drive"
+    same = "state that both inspections have the same transducer and ratio"
     compare.add_argument("--same-transducer", action="store_true", help=same)
     compare.add_argument("--json", action="store_true", help="print one JSON document")
-    inputs.add_path(compare, "--plot", "PNG", "draw the comparison there")
+    inputs.add_path(compare, "--plot", "PNG", "draw the comparison to this file")
 
 
 def run(options: argparse.Namespace) -> int:

@@ -11,15 +11,17 @@ _MOST, _USUAL, _SEED = 100, 3, 1  # operations, and of all files
 
 
 def add(example: argparse.ArgumentParser) -> None:
-    """Write exports of a simulated breaker of 150 mm stroke, as an analyser of high-voltage
-    breakers writes them. The files are always the same. With --visits, write the files that
-    `breaker view --example` shows: two inspections of a medium-voltage breaker, and a file that
-    does not state its rate.
+    """Write exports of a simulated breaker of 150 mm stroke, in the layout of an analyser of
+    high-voltage breakers. The files are always the same. With --visits, the command writes the
+    files that `breaker view --example` shows: two inspections of a medium-voltage breaker, and a
+    file that does not state its rate.
     """
-    add_path(example, "folder", "FOLDER", "folder to write to; it must be empty or not exist")
+    add_path(example, "folder", "FOLDER", "an empty or new folder")
     what = f"number of operations, each a close and an open (default: {_USUAL})"
     example.add_argument("--operations", type=int, metavar="N", help=what)
-    example.add_argument("--worn", action="store_true", help="the last operations of its life")
+    example.add_argument(
+        "--worn", action="store_true", help="write the last operations of its life"
+    )
     example.add_argument(
         "--visits", action="store_true", help="two inspections, twelve years apart"
     )

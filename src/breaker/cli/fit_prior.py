@@ -9,14 +9,16 @@ from breaker.common.text import say
 
 def add(fit_prior: argparse.ArgumentParser) -> None:
     """Fit the prior of a type of breaker to records of some of its breakers: medians, and spread
-    with room for wear. Prints a report and the lines of configuration that contain the prior, for
-    `breaker infer --config` and the workflow.
+    with room for wear. The command prints a report, and lines of configuration for `breaker infer
+    --config` and the workflow.
     """
     what = "records of one breaker, or of several with a table operations.csv"
     add_path(fit_prior, "folders", "FOLDER", what, nargs="+")
-    fit_prior.add_argument("--type", default="", metavar="NAME", help="as the table states it")
-    add_path(fit_prior, "--output", "YAML", "write the lines there")
-    add_path(fit_prior, "--plot", "PNG", "draw the prior there")
+    fit_prior.add_argument(
+        "--type", default="", metavar="NAME", help="type, as the table states it"
+    )
+    add_path(fit_prior, "--output", "YAML", "write the lines of configuration to this file")
+    add_path(fit_prior, "--plot", "PNG", "draw the prior to this file")
 
 
 def run(options: argparse.Namespace) -> int:

@@ -10,20 +10,24 @@ from breaker.common.text import say
 
 
 def add(infer: argparse.ArgumentParser) -> None:
-    """Infer the drive in curve files, all of one breaker: parameters, times, speeds and ways with
-    their intervals, whether the records are of the family of drives that the networks know, and
-    whether limits are exceeded. A file may hold a closing, an opening or both. The status is 1 if
-    no record could be used.
+    """Infer the state of a drive from records of one breaker. The command prints measured values,
+    verdicts on the limits, parameters with intervals, and whether the records lie inside the family
+    of simulated drives. A file may contain a closing, an opening or both. The exit status is 1 if
+    no record can be used.
     """
     inputs.add_path(infer, "files", "FILE", "records of one breaker, or their folder", nargs="+")
     inputs.add_choice(infer)
-    what = "what is known of a parameter, the wipe, or the time of touch or separation"
+    what = "known value of a parameter, the wipe, or the time of touch or separation"
     known = {"type": _fact, "metavar": "NAME=VALUE:SD"}
     infer.add_argument("--known", help=f"{what}, such as mu=2.4:0.07", **known, **inputs.SEVERAL)
-    inputs.add_path(infer, "--model", "FILE", "a network of another family")
+    inputs.add_path(
+        infer, "--model", "FILE", "network of another family, in place of the shipped ones"
+    )
     infer.add_argument("--json", action="store_true", help="print one JSON document")
-    inputs.add_path(infer, "--output", "CSV", "write a table there, with all columns")
-    inputs.add_path(infer, "--plot", "PNG", "draw the answer there, or the overlay on a reference")
+    inputs.add_path(infer, "--output", "CSV", "write a table with all columns to this file")
+    inputs.add_path(
+        infer, "--plot", "PNG", "draw the result, or the overlay on a reference, to this file"
+    )
     inputs.add_reference(infer)
 
 

@@ -55,16 +55,18 @@ def add_path(command: argparse.ArgumentParser, name: str, kind: str, what: str, 
 
 def add_choice(command: argparse.ArgumentParser) -> None:
     """Add the options that choose among the records of a command's files."""
-    command.add_argument("--motion", choices=MOTIONS, help="take this motion alone")
-    command.add_argument("--channel", default="", metavar="NAME", help="the column of travel")
+    command.add_argument("--motion", choices=MOTIONS, help="use only this motion")
+    command.add_argument("--channel", default="", metavar="NAME", help="column of travel")
     add_type(command)
-    command.add_argument("--breaker", metavar="NAME", help="breaker, as a folder's table states it")
+    command.add_argument(
+        "--breaker", metavar="NAME", help="breaker, as the table of the folder states it"
+    )
     command.add_argument("--phase", metavar="NAME", help="phase, as the table or a file states it")
 
 
 def add_type(command: argparse.ArgumentParser) -> None:
     """Add the option that names the type of the breaker."""
-    what = "its type in the file of types (default: as the table or the file states it)"
+    what = "type of the breaker (default: as the table or the file states it)"
     command.add_argument("--type", default="", metavar="NAME", help=what)
 
 
@@ -79,8 +81,8 @@ def choice_of(options: argparse.Namespace):
 
 def add_reference(command: argparse.ArgumentParser) -> None:
     """Add the options that name a good record, and how far others may depart from it."""
-    add_path(command, "--reference", "GOOD", "a good record, to draw the others over")
-    what = "of the stroke, half of the band about the good record (default: 5)"
+    add_path(command, "--reference", "GOOD", "good record, over which the others are drawn")
+    what = "half width of the band around the good record, of the stroke (default: 5)"
     command.add_argument("--tolerance", type=percent, metavar="PERCENT", help=what)
 
 

@@ -11,18 +11,18 @@ from breaker.common.text import say, visible_text
 
 
 def add(inspect: argparse.ArgumentParser) -> None:
-    """Look at a file: how its text is written, which columns are time and travel, and which motions
-    they hold; prints the lines of configuration that read it. Of a folder, propose the table
-    operations.csv, which says which file is which operation. Where the folder has the table, or its
-    files are numbered, read all records as the workflow will, and print what is accepted, and why
-    the rest is rejected; the status is 1 if nothing of a motion is accepted.
+    """Show how a file is written: its columns of time and travel, and the motions in it. The
+    command prints the lines of configuration that read the file. For a folder without a table
+    operations.csv, the command proposes the table, which assigns files to operations. For a folder
+    with the table, or with numbered files, the command reads all records and prints which are
+    accepted, and why others are not. The exit status is 1 if no record of a motion is accepted.
     """
     inspect.set_defaults(smaller="export the record with fewer channels")
-    add_path(inspect, "file", "FILE|FOLDER", "a record as it was exported, or a folder of records")
-    inspect.add_argument("--channel", default="", metavar="NAME", help="the column of travel")
-    add_path(inspect, "--output", "YAML|CSV", "write what is proposed there, if nothing is")
-    add_path(inspect, "--plot", "PNG", "draw the record of a file there")
-    what = "columns of travel in each file of a folder whose table is proposed"
+    add_path(inspect, "file", "FILE|FOLDER", "an exported record, or a folder of records")
+    inspect.add_argument("--channel", default="", metavar="NAME", help="column of travel")
+    add_path(inspect, "--output", "YAML|CSV", "write the proposal to this new file")
+    add_path(inspect, "--plot", "PNG", "draw the record to this file")
+    what = "columns of travel in each file, for the proposed table"
     inspect.add_argument("--channels", metavar="NAME", help=what, **SEVERAL)
 
 

@@ -12,20 +12,20 @@ from breaker.common.text import say
 def add(report: argparse.ArgumentParser) -> None:
     """Write the report of an inspection of one breaker: measured values against limits, the
     simultaneity of poles, changes since the earlier inspection, the state by the model, and the
-    curves. A file may hold O, C, C-O or O-C-O, and several channels, which are phases
-    or poles. The status is 1 if no record could be used.
+    curves. A file may contain O, C, C-O or O-C-O, and several channels, which are phases or poles.
+    The exit status is 1 if no record can be used.
     """
     inputs.add_path(
         report, "files", "FILE", "records of the inspection, or their folder", nargs="+"
     )
-    what = "write the report there; a PDF needs WeasyPrint, else print the page from a browser"
+    what = "write the report to this file; a PDF needs WeasyPrint"
     inputs.add_path(report, "--output", "HTML|PDF", what, required=True)
     inputs.add_path(
         report, "--before", "FILE", "records of the earlier inspection", **inputs.SEVERAL
     )
-    same = "both inspections have the same transducer and ratio: a change is one of the drive"
+    same = "state that both inspections have the same transducer and ratio"
     report.add_argument("--same-transducer", action="store_true", help=same)
-    what = "columns of travel (default: all that move)"
+    what = "columns of travel (default: all columns that move)"
     report.add_argument("--channel", help=what, metavar="NAME", **inputs.SEVERAL)
     inputs.add_type(report)
     inputs.add_reference(report)

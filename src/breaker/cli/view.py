@@ -19,14 +19,17 @@ from breaker.common.text import say
 
 
 def add(view: argparse.ArgumentParser) -> None:
-    """Show a folder of exports in the browser of this machine, offline: curves, how they were read,
-    measured values, and the sheet of an inspection. Records are never changed. It ends with Ctrl-C.
+    """Show a folder of exports in the browser of this machine, offline: the curves, how each file
+    was read, measured values, and the test sheet. The command never changes a record. Ctrl-C ends
+    it.
     """
     what = "a folder of exports, or one export (default: the current folder)"
     add_path(view, "folder", "FOLDER", what, nargs="?")
     view.add_argument("--example", action="store_true", help="show exports of a simulated breaker")
-    view.add_argument("--port", type=int, default=0, help="where it listens (default: a free port)")
-    view.add_argument("--no-browser", action="store_true", help="only print the page's address")
+    view.add_argument("--port", type=int, default=0, help="port of the page (default: a free one)")
+    view.add_argument(
+        "--no-browser", action="store_true", help="print the address and open no browser"
+    )
 
 
 def run(options: argparse.Namespace) -> int:

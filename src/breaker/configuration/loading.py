@@ -100,7 +100,7 @@ def check(config: Mapping, *, files: Sequence[str | Path] = (), curves: bool = T
     lines = list(dict.fromkeys(lines))  # a table of operations may be wrong for both motions
     if lines:
         text = "\n  ".join([f"Problems of the configuration: {len(lines)}", *lines])
-        raise ConfigurationError(f"{text}\ndocs/settings.md explains every key.")
+        raise ConfigurationError(f"{text}\ndocs/reference/settings.md explains every key.")
 
 
 # ---- YAML files, and where a value stands --------------------------------------------------------

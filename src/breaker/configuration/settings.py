@@ -303,7 +303,7 @@ Settings = _section(
         "Speeds, each the mean between two points; null: the 6 mm before or after contact touch.",
     ),
     limits=_f(_list(Limit, 1, 100), _LIMITS, "Limits; yours replace all (docs/decisions.md)."),
-    types=_f(Text | None, None, "YAML file of types of breaker (docs/usage.md)."),
+    types=_f(Text | None, None, "YAML file of types of breaker (docs/how-to/limits-and-types.md)."),
     planning=_section(
         "When to service: at the least expected cost per operation (docs/decisions.md).",
         operations=_f(float, 500, "Operations ahead.", 0, 1e9),

@@ -1,7 +1,7 @@
 """Compare two inspections of a drive, as one document: data for JSON, and its sentences and tables.
 
 The order is: measured values against limits, measured changes, explanations, then parameters that
-the records determine. docs/usage.md explains the keys of the JSON.
+the records determine. docs/reference/files.md lists the keys of the JSON.
 """
 
 from collections.abc import Mapping, Sequence
@@ -52,7 +52,11 @@ class InspectionChange(Plain):
     """The comparison of two inspections.
 
     Attributes:
-        state, family, matches, agreement: As of ``NetworkChanges``.
+        state: "estimated", "outside_family", "beyond_wear" (larger than any simulated wear),
+            "operations_disagree" (closing and opening contradict each other) or "different_setup".
+        family: Family of the networks, or the nearest one.
+        matches: "p_value" and "parts" of the match with the family, by motion and inspection.
+        agreement: "p_value" of the "parameter" in which closing and opening agree least.
         settings: "seed" and "misfit_p_value".
         records: Number of records, by motion and inspection.
         rejected: "file", "motion" and "inspection" of records that were not used, and the "reason".

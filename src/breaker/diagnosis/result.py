@@ -1,7 +1,7 @@
 """The result of a diagnosis as data: its records, what they share, and the verdict.
 
-A result is a document as JSON has it; docs/usage.md explains its keys. ``tables`` and ``report``
-render it. A number that is not known is None, or its key is not there.
+A result is a document as JSON has it; docs/reference/files.md lists its keys. ``tables`` and
+``report`` render it. A number that is not known is None, or its key is not there.
 """
 
 from collections.abc import Iterator, Mapping, Sequence

@@ -84,7 +84,7 @@ def read_results(text: str) -> list[DriveResult]:
 
 
 def fleet_table(drives: Sequence[DriveResult]) -> pd.DataFrame:
-    """Return a row for each drive, the most urgent first; docs/usage.md explains the columns."""
+    """Return a row for each drive, most urgent first; docs/how-to/fleet.md lists the columns."""
     usual = usual_spelling(drive.type for drive in drives)
     rows = [drive.columns() | {"type": usual[bare(drive.type)]} for drive in drives]
     measured = [

@@ -42,15 +42,20 @@ class Operation:
     """One motion of one operation, and where its record is.
 
     Attributes:
-        number: Counter of the operation.
-        channel: Column of the travel in the file; that of ``endurance.format`` if empty.
-        begin, end: Part of the record with the motion, ms of the file's time; NaN for its ends.
+        number: Counter of the operation. Closing and opening with one number are one operation.
+        file: Path of the file, from the folder of the table.
+        channel: Column of the travel, in place of the one in ``endurance.format``.
+        begin, end: Begin and end of the part with the motion, ms of the file's time.
+        breaker: Name of the breaker. A table of several breakers is a fleet.
+        phase: Phase or pole.
+        type: Type of the breaker.
         date: Date and time as ISO 8601.
-        temperature, voltage: Of the drive, °C; of the control circuit, V or % of the rated one.
-        event: What was done since the operation before: see ``event_words``.
+        temperature: Temperature of the drive, °C.
+        voltage: Voltage of the control circuit, V or % of the rated voltage.
+        event: Work since the operation before.
         settings: What the table states in place of keys of ``endurance.format``.
         transducer: Name of the transducer, with its mounting and ratio.
-        line: Line of the file that is the record; 0 if the entire file is.
+        line: Line of the file that is the record, if a line is a record.
     """
 
     number: int
