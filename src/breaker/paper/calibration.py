@@ -1,10 +1,7 @@
 """Simulation-based calibration: are ranks of the truth among posterior draws uniform?
 
-Paper, Sec. 6, Fig. 4 (Talts et al., 2020). Calibration is judged here and nowhere else, by
-:func:`judge_ranks`. All outputs of a calibrated posterior pass together with probability
-1 - ``LEVEL``.
-
-Shapes: ``n`` simulations, ``d`` draws, ``q`` outputs, ``k = d`` grid points.
+Paper, Sec. 6, Fig. 4 (Talts et al., 2020). All outputs of a calibrated posterior pass together with
+probability 1 - ``LEVEL``. Shapes: ``n`` simulations, ``d`` draws, ``q`` outputs, ``k = d`` points.
 """
 
 from collections.abc import Sequence
@@ -17,11 +14,8 @@ from scipy.special import bdtr, gammaln
 
 
 def ecdf_difference(ranks: ArrayLike, draws: int) -> np.ndarray:
-    """Return the share of ranks below grid point ``i`` minus ``i / (d + 1)``, ``(k, q)``.
-
-    Args:
-        ranks: Ranks ``(n, q)`` or ``(n,)``, as ``checked_ranks`` accepts them.
-        draws: Number of draws ``d`` behind each rank; the grid has ``k = d`` points.
+    """Return the share of ranks ``(n, q)`` among ``draws`` draws that lie below grid point ``i``,
+    minus ``i / (d + 1)``, ``(k, q)``.
     """
     counts, n = _counts_below(ranks, draws)
     return counts / n - _grid(draws)[:, None]
@@ -33,8 +27,7 @@ class Band:
 
     Attributes:
         grid: Grid of the ranks, ``(k,)``, fractions ``i / (d + 1)``.
-        lower: Lowest ECDF difference inside the band, ``(k,)``.
-        upper: Highest ECDF difference inside the band, ``(k,)``.
+        lower, upper: Lowest and highest ECDF difference inside the band, ``(k,)``.
         false_alarm: Probability that calibrated ranks of one panel leave the band. At most
             ``alpha / panels``, and below it by no more than what one count is worth.
     """
@@ -46,16 +39,11 @@ class Band:
 
 
 def simultaneous_band(n: int, draws: int, *, alpha: float, panels: int) -> Band:
-    """Return the band that all grid points of all panels stay in with ``1 - alpha`` or more.
+    """Return the band that calibrated ranks of all panels stay in with ``1 - alpha`` or more.
 
     A point's bounds are binomial quantiles; one level, common to all points, is the largest that
-    keeps the false-alarm probability at ``alpha / panels`` or less. The division
-    (Bonferroni) holds for dependent panels: outputs that share curves are dependent.
-
-    Args:
-        draws: Number of draws behind each rank.
-        alpha: Probability that calibrated ranks leave the band in any of the panels.
-        panels: Number of panels that are read together.
+    keeps the false-alarm probability at ``alpha / panels`` or less. The division (Bonferroni) is
+    valid for dependent panels, as outputs that share curves are.
     """
     low, false_alarm = _lower_counts(int(n), int(draws), alpha / panels)
     grid = _grid(draws)
@@ -65,9 +53,9 @@ def simultaneous_band(n: int, draws: int, *, alpha: float, panels: int) -> Band:
 def calibration_p_values(ranks: ArrayLike, draws: int) -> np.ndarray:
     """Return the p-value of the ranks of each output, ``(q,)``.
 
-    It is the probability that calibrated ranks reach, at their worst grid point, a two-sided
-    binomial tail as small as the one seen. An output leaves :func:`simultaneous_band` exactly
-    when its p-value is at most ``alpha / panels``.
+    It is the probability that calibrated ranks reach, at their worst grid point, a binomial tail as
+    small as the observed one. An output leaves the band exactly when it is at most
+    ``alpha / panels``.
     """
     counts, n = _counts_below(ranks, draws)
     grid = _grid(draws)[:, None]
@@ -161,13 +149,8 @@ LEVEL = 0.05
 
 
 def ranks(draws: ArrayLike, truth: ArrayLike) -> np.ndarray:
-    """Return how many draws lie below the truth, ``(n, q)``, integers from 0 to ``d``.
-
-    Under an exact posterior each column is uniform on ``0 ... d``.
-
-    Args:
-        draws, truth: Posterior draws ``(n, d, q)``, and values that made the data ``(n, q)``, as
-            ``checked_draws`` accepts them.
+    """Return how many draws ``(n, d, q)`` lie below the truth ``(n, q)``, integers ``(n, q)``,
+    uniform on ``0 ... d`` under an exact posterior.
 
     Example:
         >>> draws = [[[1.0, 5.0], [2.0, 4.0], [3.0, 6.0]]]
@@ -209,12 +192,7 @@ class Calibration:
 
 
 def judge_ranks(ranks: ArrayLike, draws: int, *, alpha: float = LEVEL) -> Calibration:
-    """Judge the ranks ``(n, q)`` of all outputs among ``draws`` draws.
-
-    Args:
-        ranks, draws: Ranks from :func:`ranks`, and the number of draws behind each.
-        alpha: Probability that calibrated outputs leave the band in any panel.
-    """
+    """Judge the ranks ``(n, q)`` of all outputs among ``draws`` draws, those of ``ranks``."""
     difference = ecdf_difference(ranks, draws)
     panels = difference.shape[1]
     band = simultaneous_band(len(np.asarray(ranks)), draws, alpha=alpha, panels=panels)
@@ -237,12 +215,8 @@ def judge_draws(draws: ArrayLike, truth: ArrayLike) -> Calibration:
 
 
 def coverage(ranks: ArrayLike, draws: int, *, levels: Sequence[float]) -> np.ndarray:
-    """Return the share of truths inside central intervals, ``(l, q)``.
-
-    Args:
-        ranks, draws: Ranks ``(n, q)``, and the number of draws behind each.
-        levels: Nominal probability of the ``l`` intervals; on the grid of the ranks, the expected
-            share is within 1/(d + 1) of it.
+    """Return the share of truths inside central intervals of ``l`` nominal levels, ``(l, q)``; the
+    expected share is within 1/(d + 1) of the level.
     """
     off_centre = np.abs((checked_ranks(ranks, draws) + 0.5) / (draws + 1) - 0.5)
     return np.array([np.mean(off_centre <= level / 2, axis=0) for level in levels])

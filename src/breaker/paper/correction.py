@@ -1,16 +1,13 @@
 """From a network's draws to the exact posterior of each record: what the paper does not have.
 
-The likelihood of the paper's drive is tractable (``joint_model``), so the exact posterior can be
-had, without the network's density, by adaptive importance sampling. A map is fitted to the
-network's draws, draws from it are weighed by the exact joint density, and the map is fitted again
-to all of them, each weighed by the mixture of the maps that they came from (Cornuet et al., 2012,
-"Adaptive multiple importance sampling"), until a round's efficiency is good. Then fresh draws from
-the last map are weighed by its density alone: they make the result, so that the weights do not
-depend on the fit. Where their weights are still poor, the adaptation goes on from them. A record
-whose weights stay poor is *unresolved*. While the weights are few, they are tempered: raised to the
-largest power below one that leaves an effective size to fit to.
-
-``judge`` measures the divergence of a network from the exact posterior.
+The likelihood of the paper's drive is tractable (``joint_model``), so adaptive importance sampling
+reaches the exact posterior without the network's density (Cornuet et al., 2012, "Adaptive multiple
+importance sampling"). A map is fitted to the network's draws. Draws from the map are weighed by the
+exact joint density over the mixture of all maps so far, and the map is fitted again, until a
+round's efficiency is good. Few weights are tempered: raised to the largest power below one that
+leaves an effective size to fit to. Fresh draws from the last map, weighed by its density alone,
+make the result, so that the weights do not depend on the fit. A record whose weights stay poor is
+*unresolved*. ``judge`` measures the divergence of a network from the exact posterior.
 """
 
 from collections.abc import Sequence
@@ -168,19 +165,10 @@ def _prefix(k: int) -> int:
 
 def _features(y: np.ndarray) -> np.ndarray:
     """Constant, linear and quadratic features ``(k, d) -> (f, d)``, by their last coordinate."""
-    k, d = y.shape
-    features = np.empty((_prefix(k), d))
-    features[0] = 1.0
-    for j in range(k):
-        _append(features, y, j)
-    return features
-
-
-def _append(features: np.ndarray, y: np.ndarray, j: int) -> None:
-    """Fill the features in which coordinate j is the last."""
-    first = _prefix(j)
-    features[first] = y[j]
-    np.multiply(y[: j + 1], y[j], out=features[first + 1 : first + j + 2])
+    features = [np.ones((1, y.shape[1]))]
+    for j, last in enumerate(y):
+        features += [last[None], y[: j + 1] * last]
+    return np.concatenate(features)
 
 
 @dataclass(frozen=True)
@@ -242,13 +230,8 @@ class TriangularMap:
         q = len(self.mean)
         spread = np.sqrt(rng.chisquare(_FREEDOM, n) / _FREEDOM)
         y = self.scales[:, None] * rng.standard_normal((q, n)) / spread
-        features = np.empty((self.coefficients.shape[1], n))
-        features[0] = 1.0
         for k in range(q):
-            f = _prefix(k)
-            y[k] += self.coefficients[k, :f] @ features[:f]
-            if k < q - 1:
-                _append(features, y, k)
+            y[k] += self.coefficients[k, : _prefix(k)] @ _features(y[:k])
         return self.mean + (self.axes @ y).T
 
     def log_prob(self, points: np.ndarray) -> np.ndarray:
@@ -336,7 +319,7 @@ def correct(
     except np.linalg.LinAlgError as error:
         failure = f"no map: {error}"
     if result is None:
-        return _nothing(draws, failure, drawn[-1].weights if drawn else None, done)
+        return _nothing(draws, failure, drawn[-1].weights if drawn else _UNKNOWN, done)
     weights, reason = result.weights, failure or result.weights.fault
     if weights.size == 0:
         return _nothing(draws, reason, weights, done)
@@ -344,11 +327,13 @@ def correct(
     return Corrected(model.destandardise(chosen), weights, done, not reason, reason)
 
 
+_UNKNOWN = Importance(np.full(1, np.nan), *[np.nan] * 4, 0)
+
+
 def _nothing(
-    draws: np.ndarray, reason: str, weights: Importance | None = None, rounds: int = 0
+    draws: np.ndarray, reason: str, weights: Importance = _UNKNOWN, rounds: int = 0
 ) -> Corrected:
     """Return the result of a record without a posterior."""
-    weights = weights or Importance(np.full(1, np.nan), *[np.nan] * 4, 0)
     return Corrected(np.full(draws.shape, np.nan), weights, rounds, False, reason)
 
 
@@ -401,17 +386,12 @@ def temper(log_ratio: np.ndarray, size: float) -> np.ndarray:
 def correct_validation(
     model: Model, data: xr.Dataset, *, seed: int, rounds: int = 20
 ) -> xr.Dataset:
-    """Correct the draws of simulated records.
-
-    Args:
-        data: What ``inference.validate`` returns.
-        rounds: Most rounds of adaptation of a record.
+    """Correct the draws of what ``inference.validate`` returns, in at most so many rounds.
 
     Returns:
-        ``data`` with corrected ``draws`` and, over ``curve``, how each came about: ``resolved``,
-        ``why_unresolved``, ``rounds`` of adaptation, ``effective_size``, ``efficiency`` and
-        ``pareto_k`` of the last weights, ``faulty_weights``, and ``log_evidence`` with its
-        standard error ``log_evidence_se``.
+        ``data`` with corrected ``draws`` and, over ``curve``, the fields of ``Corrected`` and of
+        its last weights: ``resolved``, ``why_unresolved``, ``rounds``, ``effective_size``,
+        ``efficiency``, ``pareto_k``, ``faulty_weights``, ``log_evidence``, ``log_evidence_se``.
     """
     model.check_exact()
     found = []
@@ -444,17 +424,16 @@ def judge(posterior: "Posterior", data: xr.Dataset, corrected: xr.Dataset) -> xr
 
     Args:
         data: What ``inference.validate`` returns, as many curves as are to be judged.
-        corrected: What ``correct_validation`` made of the same curves; gives the evidence. A
+        corrected: What ``correct_validation`` made of the same curves, with the evidence; a
             ValueError is raised if they are others.
 
     Returns:
-        Dataset over ``curve``: ``efficiency`` and ``pareto_k`` of the importance weights of the
-        network's draws, ``faulty_weights``, ``divergence`` (KL of the exact posterior from the
-        network's, by these weights), ``gap`` (``log p - log q`` at the true values, whose mean
-        over curves is the mean divergence, whatever the weights), both nats, ``c2st``, how well the
-        best classifier tells the two apart, ``log_evidence`` by the network's draws,
-        ``truth_log_density`` per unit of standardised outputs, and ``resolved``, whether the
-        evidence can be relied on.
+        Dataset over ``curve``, of the importance weights of the network's draws: ``efficiency``,
+        ``pareto_k``, ``faulty_weights``, ``divergence`` (KL of the exact posterior from the
+        network's, nats), ``c2st`` (accuracy of the best classifier of the two) and
+        ``log_evidence``. At the true values: ``gap`` (``log p - log q``, whose mean over curves is
+        the mean divergence, whatever the weights) and ``truth_log_density`` per unit of
+        standardised outputs. ``resolved`` is that of the corrected curve.
     """
     model, n = posterior.model, data.sizes["curve"]
     if not np.array_equal(corrected.truth.values[:n], data.truth.values):

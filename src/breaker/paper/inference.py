@@ -35,15 +35,7 @@ def _noise(posterior: "Posterior", seed: int, purpose: str, keys: np.ndarray, dr
 
 
 def validate(posterior: "Posterior", n: int, draws: int, seed: int) -> xr.Dataset:
-    """Infer records simulated from the prior, whose truth is known.
-
-    Args:
-        n, draws: Number of records, and of draws for each.
-        seed: Seed of the records and of the draws.
-
-    Returns:
-        What ``sample_records`` returns.
-    """
+    """Infer ``n`` records simulated from the prior; return what ``sample_records`` returns."""
     model = posterior.model
     rng = generator(seed, "validation records", model.motion)
     bank = simulate(model, n, rng)
@@ -114,10 +106,8 @@ def infer(
     accepted = np.flatnonzero(curves.accepted.values)
     for i in tqdm(accepted, desc=f"inferring {motion}", mininterval=5, unit="operation"):
         # One by one, as the draws: sums over more rows may round in another order.
-        record, noise = (
-            measured[i : i + 1],
-            _noise(posterior, seed, "draws", operations[[i]], draws),
-        )
+        record = measured[i : i + 1]
+        noise = _noise(posterior, seed, "draws", operations[[i]], draws)
         rng = generator(seed, "predictive curves", motion, int(operations[i]))
         try:
             distance[i] = posterior.distance(record)[0]

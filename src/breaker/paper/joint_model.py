@@ -124,12 +124,11 @@ class Model:
         names is not there, or does not fit.
         """
         own = settings.get("model") or {}
-        if own.get("prior"):
-            prior = OwnPrior(load(own["prior"])())
-        else:
-            prior = Prior.from_settings(settings["prior"])
-        simulator = load(own["simulator"]) if own.get("simulator") else None
-        return cls(prior, Sensor(**settings["sensor"]), settings["motion"], simulator)
+        named = {name: load(own[name]) for name in ("prior", "simulator") if own.get(name)}
+        own_prior = OwnPrior(named["prior"]()) if "prior" in named else None
+        prior = own_prior or Prior.from_settings(settings["prior"])
+        sensor = Sensor(**settings["sensor"])
+        return cls(prior, sensor, settings["motion"], named.get("simulator"))
 
     @property
     def parameters(self) -> tuple[str, ...]:
@@ -280,17 +279,12 @@ class Model:
 
 
 def linearise(model: Model, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Simulate standardised outputs ``(n, q)`` with the derivatives of their curves.
-
-    Returns:
-        Curves ``(n, t)``, mm, and whitened derivatives by standardised outputs, ``(n, q, t)``: in
-        units of the sensor's errors per prior sd.
+    """Return curves ``(n, t)``, mm, of standardised outputs ``(n, q)``, and their derivatives by
+    these outputs, whitened: in units of the sensor's errors per prior sd, ``(n, q, t)``.
     """
     model.check_exact()
-    p, q, sensor = len(NAMES), z.shape[1], model.sensor
-    values = model.destandardise(z)
-    onset = values[:, p] if sensor.infers_onset else 0.0
-    by = slice(0, q)
+    p, sensor, values = len(NAMES), model.sensor, model.destandardise(z)
+    onset, by = values[:, p] if sensor.infers_onset else 0.0, slice(0, z.shape[1])
     motion, slopes = sensitivity(values[:, :p], sensor.times, model.motion, onset=onset, by=by)
     # Slopes are by logarithms of parameters, and by the onset.
     steps = np.where(model.logarithmic[:p], model.sds[:p], model.sds[:p] / values[:, :p])

@@ -33,9 +33,8 @@ class Posterior(nn.Module):
         seed: Seed of the first weights.
 
     Attributes:
-        model: Prior, sensor and motion that it is for; ``sensor``, ``motion`` also by themselves.
+        model: Joint model that it is for; ``sensor``, ``motion`` and ``outputs`` are the model's.
         name: Name of its training.
-        outputs: What it infers, in order.
         solver_steps, density_solver_steps: Steps of the solver for sampling and for the density,
             chosen at the end of the training so that either is converged.
     """
@@ -92,17 +91,15 @@ class Posterior(nn.Module):
 
     @torch.no_grad()
     def sample(self, measured: np.ndarray, noise: np.ndarray) -> np.ndarray:
-        """Draw from the posterior.
-
-        Records are processed one at a time, so that their draws do not depend on each other.
+        """Draw from the posterior, one record at a time, so that draws do not depend on others.
 
         Args:
             measured: Records, ``(o, t)``, mm.
             noise: Standard normal numbers, ``(o, d, q)``.
 
         Returns:
-            Draws in physical units, ``(o, d, q)``, float64. They may lie outside the prior's
-            support, as the network knows it only by example; callers count those.
+            Draws in physical units, ``(o, d, q)``, float64. Some may lie outside the prior's
+            support, which the network knows only by example; callers count those.
 
         Raises:
             ValueError: If the network does not accept such a record; with the remedy.

@@ -29,10 +29,8 @@ def split(curves: int, *counts: int) -> list[slice]:
 
 
 class Batch(NamedTuple):
-    """The arguments of ``Posterior.loss``.
-
-    Flow matching starts at a point and its mirror image at the same time, of which most of the
-    gradient's noise cancels.
+    """The arguments of ``Posterior.loss``: a start point and its mirror image at the same time, so
+    that most of the noise of flow matching's gradient cancels.
     """
 
     measured: Tensor  # records (n, t), mm
@@ -74,13 +72,11 @@ class Rows(DrawnRows):
 
     def draw(self, rows: Tensor, rng: torch.Generator) -> Batch:
         """Return a batch for ``Posterior.loss``."""
-        device = self.travel.device
-        n, q = len(rows), self.z.shape[1]
-        travel = self.travel[rows]
-        error = self.noise_sd * torch.randn(travel.shape, generator=rng, device=device)
-        zero = self.zero_sd * torch.randn((n, 1), generator=rng, device=device)
-        noise = torch.randn((n, 1, q), generator=rng, device=device)
-        time = torch.rand((n, 1, 1), generator=rng, device=device)
+        n, travel, where = len(rows), self.travel[rows], {"device": self.travel.device}
+        error = self.noise_sd * torch.randn(travel.shape, generator=rng, **where)
+        zero = self.zero_sd * torch.randn((n, 1), generator=rng, **where)
+        noise = torch.randn((n, 1, self.z.shape[1]), generator=rng, **where)
+        time = torch.rand((n, 1, 1), generator=rng, **where)
         pair = torch.cat([noise, -noise], 1)
         return Batch(travel + error + zero, self.z[rows], pair, time.expand(n, 2, 1))
 
@@ -106,9 +102,8 @@ def freeze_inputs(posterior: Posterior, rows: xr.Dataset, rng: np.random.Generat
 
     Args:
         rows: Rows of the bank.
-        rng: Generator of their noise. The records' distance from the bank's centre, and how far
-            they leave its envelope, at their 0.9999 quantiles, are the farthest that the prior
-            produces.
+        rng: Generator of their noise. The 0.9999 quantiles of the records' distances from the
+            bank's centre and from its envelope are the farthest that the prior produces.
     """
     rows = rows.isel(curve=slice(_ROWS_FOR_COMPONENTS))
     travel, sensor = rows.travel.values.astype(np.float64), posterior.sensor
@@ -160,28 +155,24 @@ def convergence(
     reference: int = 64,
     tolerance: float = 0.01,
 ) -> xr.Dataset:
-    """Choose the number of solver steps: the fewest that agree with a fine solver.
+    """Choose and set the number of solver steps: the fewest that agree with a fine solver.
 
-    Draws from the same noise with each candidate are compared with the finest, in posterior
-    standard deviations of standardised outputs; log densities of some of the finest draws, in
-    nats. The posterior's steps for either are set to the fewest whose mean absolute difference is
-    within the tolerance, or to the most if none is. An inference network without a solver takes
-    one step, and nothing is compared.
+    Draws from the same noise are compared in posterior standard deviations of standardised outputs,
+    log densities of some of the finest draws in nats. The steps for either are the fewest whose
+    mean absolute difference is within the tolerance, or the most if none is.
 
     Args:
         measured: Records, ``(n, t)``, mm; the first 50 serve.
-        seed: Seed of the draws.
         candidates: Numbers of steps to choose from, rising.
-        reference: Steps of the fine solver. Midpoint steps halve the error to a quarter, so it is
-            16 times as exact as the most steps.
+        reference: Steps of the fine solver. Twice as many midpoint steps leave a quarter of the
+            error, so it is 16 times as exact as the most steps.
         tolerance: A hundredth of a posterior sd, which no figure shows, and of a nat, a quarter of
             the largest divergence from the exact posterior that is accepted.
 
     Returns:
         Dataset over ``solver_steps`` with ``mean_difference``, ``max_difference`` and
-        ``density_difference``, and the attributes ``solves``, 0 for a network without a solver,
-        whose differences are zero by construction, ``chosen_steps``, ``chosen_density_steps`` and
-        ``reference_steps``.
+        ``density_difference``, and the attributes ``solves`` (0 for a network without a solver,
+        which takes one step), ``chosen_steps``, ``chosen_density_steps`` and ``reference_steps``.
     """
     solves = posterior.inference.solves
     if solves:
@@ -207,11 +198,7 @@ def convergence(
 
 
 def _differences(
-    posterior: Posterior,
-    measured: np.ndarray,
-    candidates: Sequence[int],
-    reference: int,
-    seed: int,
+    posterior: Posterior, measured: np.ndarray, candidates: Sequence[int], reference: int, seed: int
 ) -> np.ndarray:
     """Return mean and largest difference of draws, and mean of densities, ``(candidates, 3)``."""
     rng = generator(seed, "solver", posterior.motion)

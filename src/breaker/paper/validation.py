@@ -80,14 +80,12 @@ def correlation(draws: ArrayLike, *, log: ArrayLike) -> np.ndarray:
 
 
 def regions(draws: ArrayLike) -> dict[tuple[int, int], tuple[np.ndarray, ...]]:
-    """Return where the density of draws ``(d, q)`` is highest, for each pair of outputs.
-
-    A Gaussian kernel estimates the density. A pair whose draws lie on a line has none.
+    """Return where a Gaussian kernel density of draws ``(d, q)`` is highest, for pairs of outputs.
 
     Returns:
         By the columns ``(i, j)`` of a pair, ``i < j``: values of both, ``(g,)`` each, the density
         there, ``(g of j, g of i)``, and the levels above which 90 % and 50 % of the draws lie,
-        ``(2,)``, rising.
+        ``(2,)``, rising. A pair whose draws lie on a line has none.
     """
     from scipy.stats import gaussian_kde  # which takes long to import
 
@@ -134,15 +132,13 @@ class Scores:
 def scores(
     draws: ArrayLike, truth: ArrayLike, *, prior_sd: ArrayLike | None, log: ArrayLike
 ) -> Scores:
-    """Return z-score and contraction of each curve (paper, Sec. 6, Fig. 5).
+    """Return z-score and contraction of draws ``(n, d, q)`` and truths ``(n, q)`` (paper, Fig. 5).
 
     Args:
-        draws: Posterior draws, ``(n, d, q)``, physical units.
-        truth: Values that made the data, ``(n, q)``.
         prior_sd: Prior standard deviation ``(q,)`` in the scale of the score; that of the truths
-            if None. The condition of the prior lowers it by less than half a percent at the
-            default and is left out.
-        log: Which outputs are taken in logarithms, ``(q,)`` of bool; others in plain units.
+            if None. The condition of the prior, which lowers it by less than half a percent at the
+            default, is left out.
+        log: Which outputs are taken in logarithms, ``(q,)`` of bool.
 
     Raises:
         ValueError: If shapes do not fit, a value is not finite, a value to take the logarithm
@@ -170,14 +166,13 @@ class Recovery:
 
     Attributes:
         truth, median: Values that made the data, and posterior medians, ``(n, q)``.
-        interval_50, interval_95: Central intervals, ``(n, q, 2)``.
-        covered_50, covered_95: Share of the true values inside these intervals, ``(q,)``, by ranks.
+        interval_95: Central intervals, ``(n, q, 2)``.
+        covered_50, covered_95: Share of the true values inside intervals, ``(q,)``, by ranks.
         correlation: Pearson correlation of the medians with the truth, ``(q,)``.
     """
 
     truth: np.ndarray
     median: np.ndarray
-    interval_50: np.ndarray
     interval_95: np.ndarray
     covered_50: np.ndarray
     covered_95: np.ndarray
@@ -190,8 +185,8 @@ def recovery(draws: ArrayLike, truth: ArrayLike) -> Recovery:
     found = quantiles(draws, axis=1)
     columns = zip(found["median"].T, truth.T, strict=True)
     pearson = np.array([np.corrcoef(guess, actual)[0, 1] for guess, actual in columns])
-    half, most = coverage(ranks(draws, truth), draws.shape[1], levels=(0.5, 0.95))
-    return Recovery(truth, **found, covered_50=half, covered_95=most, correlation=pearson)
+    covered = coverage(ranks(draws, truth), draws.shape[1], levels=(0.5, 0.95))
+    return Recovery(truth, found["median"], found["interval_95"], *covered, pearson)
 
 
 def _scaled(values: np.ndarray, log: ArrayLike) -> np.ndarray:
@@ -205,10 +200,8 @@ def _scaled(values: np.ndarray, log: ArrayLike) -> np.ndarray:
 
 
 def scale_of(data: xr.Dataset) -> dict[str, np.ndarray | None]:
-    """Return the scale in which the outputs of a validation are judged: ``prior_sd`` and ``log``.
-
-    A validation of a family has none: all but times are judged by their logarithm, and the spread
-    of the true values counts.
+    """Return the scale in which a validation is judged: ``prior_sd`` and ``log``. In a validation
+    of a family all but times are judged by their logarithm and the spread of the true values.
     """
     if "logarithmic" in data:
         return {"prior_sd": data.prior_sd.values, "log": data.logarithmic.values}
@@ -267,10 +260,8 @@ def prior_check(curves: ArrayLike, measured: ArrayLike) -> PriorCheck:
 def compare(
     amortised: np.ndarray, corrected: np.ndarray, truth: np.ndarray, names: Sequence[str]
 ) -> xr.Dataset:
-    """Bring draws ``(d, q)`` of two posteriors, and the truth ``(q,)``, to the corrected scale.
-
-    Zero is the median of the corrected posterior, one its standard deviation, in logarithms of
-    the parameters and in plain ms of the onset.
+    """Bring draws ``(d, q)`` of two posteriors, and the truth ``(q,)``, to a scale on which the
+    corrected posterior has median 0 and sd 1, in logarithms of the parameters and ms of the onset.
 
     Returns:
         ``median (posterior, output)``, ``interval_50`` and ``interval_95``
@@ -298,10 +289,9 @@ def examples(judged: xr.Dataset, amortised: xr.Dataset, corrected: xr.Dataset) -
         amortised, corrected: What ``inference.validate`` and ``correct_validation`` return.
 
     Returns:
-        What :func:`compare` returns along ``example``, with ``place`` ("lowest", "median" or
-        "highest"), ``curve`` (from 0), ``efficiency``, ``pareto_k`` and ``resolved``. Curves
-        without an efficiency, or without corrected draws of some width, are passed over: there may
-        be fewer than three examples, down to none.
+        What :func:`compare` returns along ``example`` (three, or fewer if other curves have no
+        efficiency or no corrected draws of some width), with ``place`` ("lowest", "median" or
+        "highest"), ``curve`` (from 0), ``efficiency``, ``pareto_k`` and ``resolved``.
     """
     own, exact = (
         each.draws.values[: judged.sizes["curve"]].astype(np.float64)
@@ -359,12 +349,7 @@ def reached(contractions: Mapping[str, np.ndarray], names: Sequence[str]) -> xr.
 
 
 def quality(
-    data: xr.Dataset,
-    reader: xr.Dataset | None,
-    limit: np.ndarray | None,
-    *,
-    prior_sd: np.ndarray,
-    log: np.ndarray,
+    data: xr.Dataset, reader: xr.Dataset | None, limit: np.ndarray | None, **scale: ArrayLike | None
 ) -> pd.DataFrame:
     """Judge a validation: one row an output.
 
@@ -372,7 +357,7 @@ def quality(
         data: What ``inference.validate`` returns.
         reader: The same from records that went through files, if there is one.
         limit: Mean contraction of an exact posterior, ``(q,)``, if it is known.
-        prior_sd, log: Those of ``scores``.
+        scale: Arguments ``prior_sd`` and ``log`` of ``scores``.
 
     Returns:
         Columns ``calibration_p`` (uniform ranks) and ``calibrated``, whether the output is inside
@@ -384,7 +369,7 @@ def quality(
     judged = judge_draws(draws, truth)
     files = None if reader is None else judge_draws(reader.draws.values, reader.truth.values)
     wide = with_width(data)
-    found = scores(wide.draws.values, wide.truth.values, prior_sd=prior_sd, log=log)
+    found = scores(wide.draws.values, wide.truth.values, **scale)
     covered = coverage(ranks(draws, truth), data.sizes["draw"], levels=(0.5, 0.95))
     limit = np.full(len(found.z_sd), np.nan) if limit is None else limit
     return pd.DataFrame(
