@@ -48,13 +48,13 @@ def test_numbers_are_those_of_the_names_where_they_state_them(tmp_path):
 
 
 def test_else_their_dates_order_them_and_no_date_is_that_of_the_file_system(tmp_path):
-    names = [f"{m}/x_{day}-11-2024.csv" for m in ("closing", "opening") for day in (3, 20)]
+    names = [f"{m}/x_{day}-11-2024.csv" for m in ("closing", "opening") for day in (13, 20)]
     folder = folder_of(tmp_path, *names)
     os.utime(folder / names[0], (1e9, 1e9))
     rows, remarks = proposed(folder, *reversed(names))
     assert [(row[1], row[3], row[4]) for row in rows] == [
         (number, f"{motion}/x_{day}-11-2024.csv", f"2024-11-{day:02}")
-        for number, day in ((1, 3), (2, 20))
+        for number, day in ((1, 13), (2, 20))
         for motion in ("closing", "opening")
     ]
     assert remarks
@@ -146,19 +146,6 @@ def test_phases_are_those_of_the_header_as_they_stand_there(tmp_path, phases):
         pole(tmp_path / f"{'ab'[seed]}.csv", phase, seed)
     rows, _ = looked(tmp_path)
     assert [(row["phase"], row["operation"]) for row in rows] == [(each, "1") for each in phases]
-
-
-def test_other_files_decide_on_day_and_month(tmp_path):
-    for seed, (date, dates) in enumerate(
-        [
-            ("03/04/2021", ["FILL IN"]),
-            ("16/04/2021", ["2021-04-03", "2021-04-16"]),
-            ("04/17/2021", ["FILL IN", "2021-04-16", "2021-04-17"]),  # against the one before
-        ]
-    ):
-        write(tmp_path / f"{seed}.csv", channels=1, date=date, seed=seed)
-        found = {row["file"]: row["date"][:10] for row in looked(tmp_path)[0]}
-        assert [found[name] for name in sorted(found)] == dates
 
 
 def test_settings_in_which_files_differ_are_columns(tmp_path):

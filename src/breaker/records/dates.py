@@ -77,7 +77,7 @@ def day_order(dates: Iterable[Mapping[bool, str]]) -> bool | None:
     return orders.pop() if len(orders) == 1 else None
 
 
-def in_order(readings: Mapping[bool, str], order: bool | None) -> tuple[str, ...]:
+def in_order(readings: Mapping[bool, str], order: bool | None = None) -> tuple[str, ...]:
     """Return the readings of a date that remain in an order of day and month: one or two."""
     kept = [readings[order]] if order in readings else readings.values()
     return tuple(dict.fromkeys(kept))
@@ -99,7 +99,7 @@ def one_date(cell: str, stated: Sequence[str], file: str | Path) -> str:
     """Return the date of a record: its cell in the table, else the readings stated above its
     samples, else those in its name; "" where there is none, or it has two readings.
     """
-    found = [cell] if cell else stated or in_order(dates_of(Path(file).stem), None)
+    found = [cell] if cell else stated or in_order(dates_of(Path(file).stem))
     return found[0] if len(found) == 1 else ""
 
 

@@ -36,7 +36,7 @@ from breaker.records.record import Record
 from breaker.records.rejections import OtherMotionError, SeveralMotionsError, UnusableError
 from breaker.records.settings import SAME_RATE, complete, lacking
 from breaker.records.sheet import Columns
-from breaker.records.words import BESIDE, MOTION_OF, amperes_of, holds
+from breaker.records.words import MOTION_OF
 
 _MANY = 100  # records from which progress is shown: they take more than a second
 _SAME_LENGTH = 0.02  # share by which lengths may differ, which are printed rounded
@@ -103,11 +103,7 @@ class Reader:
         try:
             samples = self._samples_of(full)
             doubts = doubts_in_words(samples.time, samples.doubts)
-            header = self.header(operation)
-            warning = _contradiction(full, samples, motion, header)
-            record = _locate(full, samples, motion, stated, warning)
-            other = _other_stroke(full, record.segment.stroke, header.strokes)
-            return replace(record, warning=warning or other)
+            return _locate(full, samples, motion, stated, self.header(operation))
         except UnusableError as error:
             reason = f"{error}; left out: {doubts}" if doubts else str(error)
             raise RejectedCurveError(operation.file, reason, line=error.line) from error
@@ -168,14 +164,6 @@ def _columns_of(opened: Opened, operation: Operation, motion: str, settings: Map
     usual = settings["travel_column"]
     if len(columns.sheet.names) < 2 + (settings["time_column"] is not None):
         return {}  # most files: time and travel alone
-    lacking = {kind for kind in BESIDE if settings[f"{kind}_column"] is None}
-    about = zip(columns.sheet.names, columns.sheet.texts, strict=True)
-    flows = any(
-        holds(name, "current") or holds(name, "motor") or isfinite(amperes_of(name, unit))
-        for name, unit in about
-    )
-    if not operation.channel and lacking <= {"current", "motor"} and not flows:
-        return {}  # no column to find, for which the whole file is read once more
     # Imported here, since most files need neither.
     from breaker.records.channels import current_of
     from breaker.records.description import travel_channels
@@ -205,9 +193,10 @@ def separate_motions(operation: Operation, error: Exception) -> list[Operation]:
 
 
 def _locate(
-    operation: Operation, samples: _Samples, motion: str, stated: Sequence[str], warning: str
+    operation: Operation, samples: _Samples, motion: str, stated: Sequence[str], header: Header
 ) -> Record:
     """Return a motion in samples; raise UnusableError."""
+    warning = _contradiction(operation, samples, motion, header)
     time, settings, columns = samples.time, samples.settings, samples.columns
     sure = np.where(samples.doubts == "", samples.whole, np.nan)
     segment = find_segment(time, sure, motion, begin=operation.begin, end=operation.end)
@@ -223,6 +212,7 @@ def _locate(
     contact, doubtful = events_of(settings, LocatedMotion(*located), others, columns.sheet.names)
     currents = Currents(time, others, columns.sizes, motion, inside, moves[0], contact)
     remarks = *samples.remarks, *doubtful, *stated
+    warning = warning or _other_stroke(operation, segment.stroke, header.strokes)
     record = Record(*located, operation, settings, rest, contact, currents, remarks, warning)
     _ = record.reading  # raises where the motion does not go on to its rest
     return record

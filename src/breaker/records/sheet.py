@@ -24,8 +24,7 @@ class Sheet:
     Attributes:
         file: Name of the file.
         names: Name of each column, empty where it has none.
-        columns: Numbers of each column, ``(t,)``, NaN where a sample is missing. Of a large
-            text, columns that settings do not name are empty.
+        columns: Numbers of each column, ``(t,)``, NaN where a sample is missing.
         texts: Unit of each column as it stands in the file, apart from its name, or "".
         preamble: Cells of the lines above the samples, without names and units.
         settings: Known settings of ``endurance.format``, by key.

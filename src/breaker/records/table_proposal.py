@@ -16,7 +16,7 @@ from breaker.common.numerals import natural
 from breaker.common.text import table_text
 from breaker.model.parameters import MOTIONS
 from breaker.model.quantities import ABOUT
-from breaker.records.dates import dates_of, day_order, in_order
+from breaker.records.dates import dates_of, in_order
 from breaker.records.file_names import numbers_in, phases_in_names
 from breaker.records.files import Opened, printable
 from breaker.records.folder import record_files
@@ -64,7 +64,7 @@ _Look = Callable[[Opened, int], Description]
 
 class _File(NamedTuple):
     """A file, or a line of one that is a record: its path, the line, empty where it is none, its
-    motions by names, its folders with other names, what is seen in it.
+    motions by names, its breaker by folders with other names, what is seen in it.
     """
 
     path: str
@@ -72,6 +72,11 @@ class _File(NamedTuple):
     motions: tuple[str, ...]
     folder: str
     seen: Description
+
+    @property
+    def breaker(self) -> str:
+        """Name of the breaker that the text states."""
+        return self.seen.preamble.serial or " ".join(self.seen.preamble.bay.split())
 
 
 def propose_manifest(
@@ -100,13 +105,12 @@ def propose_manifest(
         raise FileNotFoundError(f"there is no folder {printable(folder)!r}; name that of the files")
     remarks: list[str] = []
     files = _files(Path(folder), look, remarks)
-    stated = [f.seen.preamble.serial or " ".join(f.seen.preamble.bay.split()) for f in files]
+    stated = any(file.breaker for file in files)
     groups: dict[str, list[_Row]] = defaultdict(list)
-    for file, name, date in zip(files, stated, _dates(files), strict=True):
-        breaker = (name or (FILL_IN if any(stated) else file.folder))[:LONGEST]
-        for row in _rows(file, channels):
-            if row["motion"] in (*motions, FILL_IN):
-                groups[breaker].append({**row, "breaker": breaker, "date": row["date"] or date})
+    for file in files:
+        breaker = (file.breaker or (FILL_IN if stated else file.folder))[:LONGEST]
+        own = (row for row in _rows(file, channels) if row["motion"] in (*motions, FILL_IN))
+        groups[breaker] += [{**row, "breaker": breaker} for row in own]
     rows = [row for own in groups.values() for row in own]
     if not rows:
         reason = f"{printable(folder)} has no file of a record of {' or '.join(motions)}"
@@ -155,28 +159,15 @@ def _files(folder: Path, look: _Look, remarks: list[str]) -> list[_File]:
     return [file for _, file in first.values()]
 
 
-def _dates(files: Sequence[_File]) -> list[str]:
-    """Return the date in the header of each file, or else in its name. Others decide where the day
-    and the month may be either; else it is to be filled in.
-    """
-    names = [dates_of(Path(file.path).stem) for file in files]
-    texts = (pair.text for file in files for pair in file.seen.preamble.pairs)
-    order = day_order([*names, *map(dates_of, texts)])
-    found = []
-    for file, named in zip(files, names, strict=True):
-        stated = file.seen.preamble.dates
-        days = in_order(dict(zip((True, False), 2 * stated, strict=False)) or named, order)
-        found.append(FILL_IN if len(days) > 1 else "".join(days))
-    return found
-
-
 # ---- rows ----------------------------------------------------------------------------------------
 
 
 def _rows(file: _File, channels: Sequence[str]) -> list[_Row]:
-    """Return a row for each motion of each channel in a file, without breaker, date and counter."""
+    """Return a row for each motion of each channel in a file, without breaker and counter."""
     seen, shown = file.seen, {part.motion for part in file.seen.parts}
     line, number, date = file.record
+    dates = (date,) if date else seen.preamble.dates or in_order(dates_of(Path(file.path).stem))
+    date = FILL_IN if len(dates) > 1 else "".join(dates)  # day or month first: nobody knows
     cells: _Row = {"file": file.path, "line": line or "", "operation": number or None, "date": date}
     if seen.settings:
         cells |= {key: _cell(value) for key, value in {**FORMAT, **seen.settings}.items()}

@@ -101,25 +101,17 @@ def read_columns(
         settings: The section ``endurance.format``, complete.
         channel: Column of the travel, where it is not that of the settings.
         line: Line of the record, where each line is one; 0 for the first. A file may have thousands
-            of these: the last one alone is kept.
+            of these, so they are not kept.
 
     Raises:
         RejectedCurveError: If the file cannot be used.
     """
     opened = as_opened(file)
-    key = "columns", channel, repr(settings)
-    if not line:
-        return opened.once(key, lambda: _read(opened, settings, channel))
-    last = opened.once("last line", dict)
-    if (key, line) not in last:
-        columns = _read(opened, settings, channel, line)
-        last.clear()
-        last[key, line] = columns
-    return last[key, line]
-
-
-def _read(opened: Opened, settings: Mapping, channel: str, line: int = 0) -> Columns:
     form = {**settings, "travel_column": channel or settings["travel_column"], "line": line}
+    return _read(opened, form) if line else opened.once(repr(form), lambda: _read(opened, form))
+
+
+def _read(opened: Opened, form: Mapping) -> Columns:
     error = RejectedCurveError(opened.file, "has no table of samples")
     for k, sheet in enumerate(_sheets(opened, form)):
         try:
@@ -159,9 +151,7 @@ def records_in(file: str | Path | Opened) -> "list[RecordLine]":
     opened = as_opened(file)
     with suppress(RejectedCurveError):
         if format_of(opened) is LINES:
-            from breaker.records.formats import lines
-
-            return opened.once("records", lambda: lines.records_in(opened))
+            return opened.once("records", lambda: import_module(LINES.module).records_in(opened))
     return []
 
 
@@ -192,38 +182,26 @@ def format_of(opened: Opened) -> Format:
 
 
 def _format_of(opened: Opened) -> Format:
-    file, named = opened.file, _named(opened.file)
-    if _ending(file) in _OLD:
+    file, ending = opened.file, _ending(opened.file)
+    named = next((each for each in FORMATS if ending in each.endings), TEXT)
+    if ending in _OLD:
         raise RejectedCurveError(file, "is of a kind that cannot be read; save it as .xlsx")
-    if _ending(file) == ".dat":
+    if ending == ".dat":
         return COMTRADE  # which names the part that is lacking
     for each in FORMATS:
         if opened.content.startswith(each.signatures):
             return each
-    if named is TEXT:
-        return LINES if _has_lines(opened) else TEXT
+    if named is TEXT and text.long_lines(opened.content):
+        lines = import_module(LINES.module)
+        return LINES if lines.form_of(opened) else TEXT
     if named.signatures and not any(each in opened.content for each in named.signatures):
-        reason = f"ends as {named.endings[_ending(file)]}, but does not begin as one"
+        reason = f"ends as {named.endings[ending]}, but does not begin as one"
         raise RejectedCurveError(file, f"{reason}; is it whole? Export it again")
     return named
 
 
-def _has_lines(opened: Opened) -> bool:
-    """Whether a text has a record on each line."""
-    if not text.long_lines(opened.content):
-        return False
-    from breaker.records.formats import lines
-
-    return lines.form_of(opened) is not None
-
-
 def _ending(file: str | Path) -> str:
     return Path(file).suffix.lower()
-
-
-def _named(file: str | Path) -> Format:
-    """The format of a file by its ending."""
-    return next((each for each in FORMATS if _ending(file) in each.endings), TEXT)
 
 
 def _sheets(opened: Opened, form: Mapping) -> Sequence[Sheet]:

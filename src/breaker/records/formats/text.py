@@ -87,18 +87,10 @@ def sheet_of(opened: Opened, text: str, settings: Mapping, form: Mapping, title:
     names = [*names, *[""] * (width - len(names))]
     line = top.numbers[first]
     begin = sum(map(len, text[:BLOCK].split("\n", _TOP)[: line - 1])) + line - 1
-    places = range(width)
-    try:
-        check_size(file, text.count("\n", begin), width, line=line)
-    except RejectedCurveError:
-        if not form:
-            raise
-        check_size(file, 1, width, line=line)
-        some = {place for column in wanted.values() for place in words.places_of(names, column)}
-        places = sorted(some)
+    check_size(file, text.count("\n", begin), width, line=line)
     untimed = form and "time" not in wanted  # a short line is not a sample
     least = min(words.places_of(names, wanted["travel"])) if untimed else 0
-    body = _Body(settings["delimiter"], settings["decimal"], width, tuple(places), least)
+    body = _Body(settings["delimiter"], settings["decimal"], width, least)
     key = title, settings.get("encoding"), body, begin
     columns, lines, wrong = opened.once(key, lambda: body.samples(text, begin, line))
     if not form:  # such as those of open contacts
@@ -307,27 +299,24 @@ def _are_units(row: Sequence[str]) -> bool:
 
 
 class _Body(NamedTuple):
-    """How samples are read: places of columns; a line with so few cells is not a sample."""
+    """How samples are read; a line with the least number of cells is not a sample."""
 
     delimiter: str
     decimal: str
     width: int
-    places: Sequence[int]
     least: int
 
     def samples(
         self, text: str, begin: int, line: int
     ) -> tuple[list[np.ndarray], np.ndarray, dict[int, tuple[int, str]]]:
-        """Return the columns, empty where they are not read, the line of each sample, and what is
-        wrong: see ``Sheet``.
-        """
+        """Return the columns, the line of each sample, and what is wrong: see ``Sheet``."""
         wrong: dict[int, tuple[int, str]] = {}
         parts, lines = {place: [np.zeros(0)] for place in range(self.width)}, [np.zeros(0, int)]
         while begin < len(text):
             end = text.find("\n", begin + BLOCK)
             end = len(text) if end < 0 else end
             numbers, cells = self._cells(text[begin:end], line, wrong)
-            for place in self.places:
+            for place in range(self.width):
                 values, odd = strict_numbers(cells[place], self.decimal)
                 parts[place].append(values)
                 if odd and place not in wrong:
