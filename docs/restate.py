@@ -4,7 +4,8 @@
 
 A paragraph or table that states numbers of the run has a comment above it that names every number
 in it, in order: by its name in numbers.csv (the default run), by this name after ``paper.`` in
-paper_numbers.csv (the paper's setting), or as it stands where it is no number of a run.
+paper_numbers.csv (the paper's setting), or as it stands where it is not a number of a run.
+Names that begin with ``tables.`` are numbers from the tables of the studies, see ``from_tables``.
 
     <!-- numbers: closing.gap closing.gap_se 95 -->
     The mean gap is 0.07 ± 0.02 nats, and an interval of 95 % ...
@@ -26,6 +27,8 @@ PAGES = (README, *map(DOCS.joinpath, ("method.md", "reproduce.md", "evidence.md"
 _MARKED = re.compile(r"<!-- numbers:(?P<names>[^>]*?)-->\n(?P<block>.+?)(?=\n\s*\n|\n?\Z)", re.S)
 _NUMBER = re.compile(r"(?<![\w.−-])[−-]?\d+(?:,\d{3})*(?:\.\d+)?(?!\w)")
 _RESULT = re.compile(r"(?<!Python 3)(?<=\d)(?:\.\d| %)")
+_PARAMETERS = ("mu", "k_a", "k_b", "gamma_a", "gamma_b", "f", "L")
+_COST = ("cost, beside a fixed interval", "the same, from (90 %)", "the same, to (90 %)")
 _CODE = re.compile(r"```.*?```|`[^`\n]*`", re.S)
 
 
@@ -35,7 +38,46 @@ def read() -> dict[str, str]:
     for prefix, table in (("", "numbers.csv"), ("paper.", "paper_numbers.csv")):
         with (DOCS / table).open(encoding="utf-8", newline="") as file:
             found |= {prefix + row["name"]: row["value"] for row in csv.DictReader(file)}
-    return found
+    return found | from_tables()
+
+
+def _rows(table: str, **values: str) -> list[dict[str, str]]:
+    """Return the rows of a table of a study that have these values."""
+    with (DOCS / table).open(encoding="utf-8", newline="") as file:
+        rows = [*csv.DictReader(file)]
+    return [row for row in rows if all(row[name] == value for name, value in values.items())]
+
+
+def from_tables() -> dict[str, str]:
+    """Return the numbers of the README that are in tables of the studies, as they are written."""
+
+    def percent(row: Mapping[str, str], column: str) -> str:
+        return f"{100 * float(row[column]):.0f}"
+
+    held = [percent(row, "coverage_90") for row in _rows("family_medium_voltage.csv")]
+    state = [row for row in _rows("other_code.csv", of="level") if row["name"] in _PARAMETERS]
+    covered = [percent(row, "hold") for row in state]
+    numbers = {"family.lowest": min(held, key=int), "family.highest": max(held, key=int)}
+    numbers |= {"other.lowest": min(covered, key=int), "other.highest": max(covered, key=int)}
+    for name in ("f", "gamma_b"):
+        (row,) = _rows("other_code.csv", of="change", drives="changed", name=name)
+        numbers |= {f"{name}.reported": row["reported"], f"{name}.changed": row["truly_changed"]}
+    for name in ("stroke", "touch_time"):
+        (row,) = _rows("exports.csv", of=f"value: {name}")
+        numbers |= {f"{name}.{key}": percent(row, key) for key in ("right", "withheld", "false")}
+        numbers[f"{name}.values"] = row["values"]
+    for limit, records in (("measured", "watched"), ("changed", "watched")):
+        (row,) = _rows("plans.csv", limit=limit, **{"looked at": records})
+        cost = [f"{float(value):.2f}" for key, value in row.items() if key in _COST]
+        ends = dict(zip(("cost", "low", "high"), cost, strict=True))
+        numbers |= {f"{limit}.{key}": value for key, value in ends.items()}
+        numbers[f"{limit}.lives"] = row["lives"]
+    for kind in ("due", "planned"):
+        (row,) = _rows("alarms.csv", told=kind, limit="measured")
+        numbers |= {f"{kind}.false": row["false"], f"{kind}.of": row["of"]}
+    (row,) = _rows("faults.csv", kind="all")
+    numbers |= {f"faults.{key}": f"{int(row[key]):,}" for key in ("files", "silent")}
+    return {f"tables.{name}": value for name, value in numbers.items()}
 
 
 def restated(text: str, numbers: Mapping[str, str]) -> str:
