@@ -6,7 +6,6 @@ import sys
 
 import pytest
 import yaml
-from matplotlib.image import imread
 
 from breaker.cli import main
 from breaker.diagnosis.limits import simultaneity_of
@@ -126,19 +125,14 @@ def test_the_entry_of_a_type_counts_for_its_drives(inspection, capsys):
     assert "ltb-420, other" in err
 
 
-def test_infer_lays_records_over_a_good_one(folder, capsys):
-    call = ["infer", "a.csv", "--reference", "b 2.csv", "--config", "few.yaml"]
-    assert main([*call, "--plot", "over.png", "--json", "--tolerance", "0.1"]) == 0
-    assert imread("over.png").size
-    (reference,) = json.loads(capsys.readouterr().out)["reference"]
-    assert (reference["motion"], reference["share"]) == ("closing", pytest.approx(0.001))
-    assert reference["leaves"]
+def test_a_reference_that_cannot_be_used_is_refused(folder, capsys):
     for option, value, named in (
         ("--reference", "open.csv", "closing"),
         ("--reference", "none.csv", "none.csv"),
         ("--tolerance", "3", "--reference"),
     ):
-        assert main(["infer", "a.csv", option, value]) == 1
+        call = ["report", "a.csv", "--output", "r.html", "--config", "few.yaml", option, value]
+        assert main(call) == 1
         assert named in capsys.readouterr().err
 
 

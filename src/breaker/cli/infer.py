@@ -25,10 +25,7 @@ def add(infer: argparse.ArgumentParser) -> None:
     )
     infer.add_argument("--json", action="store_true", help="print one JSON document")
     inputs.add_path(infer, "--output", "CSV", "write a table with all columns to this file")
-    inputs.add_path(
-        infer, "--plot", "PNG", "draw the result, or the overlay on a reference, to this file"
-    )
-    inputs.add_reference(infer)
+    inputs.add_path(infer, "--plot", "PNG", "draw the result to this file")
 
 
 def _fact(text: str) -> tuple[str, list[float]]:
@@ -52,8 +49,7 @@ def _check(options: argparse.Namespace) -> None:
     if models := [file for file in options.files if file.endswith(".safetensors")]:
         raise ValueError(f"{models[0]} is a network, not a record; name it by --model")
     outputs = [(options.output, "table"), (options.plot, "picture")]
-    beside = filter(None, [options.model, options.reference])
-    check_outputs(outputs, [*options.files, *beside, *options.config])
+    check_outputs(outputs, [*options.files, *filter(None, [options.model]), *options.config])
     names = [name for name, _ in options.known]
     if twice := next((name for name in names if names.count(name) > 1), ""):
         raise ValueError(f"--known has {twice} twice; leave one of them out")
@@ -76,33 +72,21 @@ def run(options: argparse.Namespace) -> int:
     diagnosis = Diagnosis(config, limits, given, _families(options.model), types_of(config))
     choice = inputs.choice_of(options)
     diagnosis = diagnosis.of_files(options.files, choice, of_type=options.type)
-    good = [options.reference] if options.reference else []
-    good = diagnosis.of_files(good, choice, of_type=diagnosis.type).records
-    overlays = inputs.overlays_of(diagnosis.records, good, options)
     words = [words_for("own-prior")] if given.prior else []
     asked = diagnosis.limits_on(diagnosis.estimates, choice.motions)
     if apart := dict.fromkeys(e.pair or e.name for e in asked if e.of == "change"):
         words.append(words_for("limits-of-change", names=", ".join(apart)))
     content = {**diagnosis.result, "remarks": [*map(note_of, words)]}
-    if overlays:
-        content["reference"] = [_numbers(overlay) for overlay in overlays]
     rejected = [record["file"] for record in content["records"] if not record["accepted"]]
     nothing = len(rejected) == len(content["records"])
-    written = [] if nothing else _write(diagnosis, content, overlays, options)
-    said = [f"{overlay.title}: {overlay.words}" for overlay in overlays]
-    say(to_json(content) if options.json else text_of(document_of(content, said=said)))
+    written = [] if nothing else _write(diagnosis, content, options)
+    say(to_json(content) if options.json else text_of(document_of(content)))
     if rejected:
         said = "nothing was inferred" if nothing else f"rejected records: {len(rejected)}"
         how = f"`breaker inspect {shlex.quote(rejected[0])}` says how to read such a file"
         say(f"breaker: {said}; {how}", beside=True)
     say_written(written, options.json)
     return int(nothing)
-
-
-def _numbers(overlay) -> dict:
-    """Return all of an overlay but its curves."""
-    curves = ("time", "way", "good")
-    return {name: value for name, value in overlay._asdict().items() if name not in curves}
 
 
 def _families(model: str | None) -> Callable[[], Iterable]:
@@ -117,7 +101,7 @@ def _families(model: str | None) -> Callable[[], Iterable]:
     return lambda: [network]
 
 
-def _write(diagnosis, content, overlays, options: argparse.Namespace) -> list[str]:
+def _write(diagnosis, content, options: argparse.Namespace) -> list[str]:
     """Write what the options ask for, and return what was written, in words."""
     written = []
     if options.output:
@@ -126,12 +110,11 @@ def _write(diagnosis, content, overlays, options: argparse.Namespace) -> list[st
         written.append(write_lines(options.output, csv_of(content)))
     if options.plot:
         from breaker.common.randomness import generator
-        from breaker.figures.records import answer, overlay
+        from breaker.figures.records import answer
 
         settings, estimates = diagnosis.settings, diagnosis.estimates
         first = next(estimate for estimate in estimates if estimate.levels)
         rng = generator(settings.seed, "prior draws")
         prior = diagnosis.given.sample_prior(first, settings.draws, rng)
-        picture = overlay(overlays) if overlays else answer(estimates, prior)
-        written.append(draw(picture, options.plot))
+        written.append(draw(answer(estimates, prior), options.plot))
     return written

@@ -58,12 +58,6 @@ class Overlay(NamedTuple):
         return self.way - self.good
 
     @property
-    def title(self) -> str:
-        """Motion, phase and file of the record."""
-        which = ", ".join(filter(None, (self.motion, self.phase)))
-        return f"{which} in {printable(self.file).rpartition('/')[2]}"
-
-    @property
     def words(self) -> str:
         """Whether and where the record leaves the band."""
         values = {"band": in_digits(self.band, 3), "share": in_digits(100.0 * self.share, 4)}

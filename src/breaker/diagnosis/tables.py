@@ -266,21 +266,20 @@ def rejected_table(result: Result) -> Table:
 
 def document_of(
     result: Result,
-    said: Iterable[str] = (),
     *,
     changes: Iterable[Table] = (),
     doubts: Iterable[str] = (),
 ) -> Document:
-    """Return the document of a result, with further remarks, and tables of changes since the
-    inspection before with warnings about them.
+    """Return the document of a result, with tables of changes since the inspection before and
+    warnings about them.
     """
     limits = [
         (e.get("phase", ""), limit) for e in result["records"] for limit in e.get("limits", ())
     ]
     poles = [simultaneity_in_words(pair) for pair in result["simultaneity"]]
     shown, every = shown_of(result), operations_of(result["records"])
-    if more := len(every) - len(shown):
-        said = [*said, say("more-operations", count=more, shown=_SHOWN)]
+    more = len(every) - len(shown)
+    said = [say("more-operations", count=more, shown=_SHOWN)] if more else []
     parts = [measured_table(title_of(group), group) for group in shown]
     parts += [limits_table(limits), Table(title="Simultaneity of poles", notes=poles)]
     after = [*changes, remarks_table(result, said), rejected_table(result), state_table(result)]

@@ -16,7 +16,6 @@ from breaker.records.files import printable
 from breaker.records.fits import filled
 
 if TYPE_CHECKING:
-    from breaker.diagnosis.curves import Overlay
     from breaker.diagnosis.estimate import Estimate
     from breaker.records.description import InspectedMotion
     from breaker.records.proposal import Proposal
@@ -115,32 +114,6 @@ def _near(axis: Axes, seen: "InspectedMotion", low: float, high: float, title: s
     axis.axhline(one.segment.before, color=MOTIONS[seen.motion], ls="--", lw=1.2)
     axis.set(xlabel="time of the record (ms)", ylabel=style.TRAVEL)
     p.read_title(axis, title, 3.2)
-
-
-@style.styled
-def overlay(overlays: Sequence["Overlay"]) -> Figure:
-    """Draw each record over its reference, aligned at the first motion, and the difference."""
-    columns = min(len(overlays), 3)
-    rows = -(-len(overlays) // columns)
-    figure = style.new_figure(max(8.0, 5.0 * columns), 5.4 * rows + 1.0)
-    width = figure.get_figwidth() / columns - 0.9
-    places = figure.subfigures(rows, columns, squeeze=False).flat
-    for place, curve in zip(places, overlays, strict=False):
-        above, below = place.subplots(2, 1, sharex=True, height_ratios=[2.0, 1.0])
-        above.plot(curve.time, curve.good, color=style.PRIOR, lw=2.6, label="reference")
-        above.plot(curve.time, curve.way, color=style.MEASURED, lw=1.2, label="record")
-        low, high = curve.good - curve.band, curve.good + curve.band
-        above.fill_between(curve.time, low, high, label="tolerance", **BAND)
-        p.read_title(above, f"{curve.title}: {curve.words}", width, failed=bool(curve.leaves))
-        above.set_ylabel(style.TRAVEL)
-        difference(below, [curve], {curve.phase: style.MEASURED}, {curve.phase: 0.0})
-        below.set_xlabel("time after the first motion (ms)")
-    files = dict.fromkeys(style.literal(style.file_name(curve.good_file)) for curve in overlays)
-    left = sum(curve.leaves is not None for curve in overlays)
-    finding = f"{left or 'None'} of {len(overlays)} records outside the tolerance"
-    style.title(figure, finding, f"over the reference {', '.join(files)}", failed=left > 0)
-    p.legend_below(figure)
-    return figure
 
 
 def difference(axis: Axes, overlays: Sequence, colours: Mapping, begins: Mapping) -> None:
