@@ -6,16 +6,14 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from breaker.common.document import Cell, tone_of
-from breaker.common.numerals import first_of, in_digits
+from breaker.common.numerals import in_digits
 from breaker.diagnosis.estimate import Estimate
 from breaker.diagnosis.limits import VERDICTS, worst
-from breaker.diagnosis.result import RecordResult, Result, accepted
+from breaker.diagnosis.result import RecordResult
 from breaker.diagnosis.session import Diagnosis
 from breaker.diagnosis.tables import RESULTS, simultaneity_in_words
 from breaker.model.quantities import INFERRED, OF_STROKE, in_words
 from breaker.page.curves import Tab, origins_of, spots_of
-
-_NAMED = 4  # values in the verdict; the table shows all of them
 
 
 class Value(NamedTuple):
@@ -147,33 +145,3 @@ def _deviation(values: Iterable[float], bounds: Sequence[float | None]) -> str:
     middle = 0.5 * (low + high)
     off = max((value - middle for value in values), key=abs)
     return in_digits(100.0 * off / middle, 2, sign=True) + " %" if middle else ""
-
-
-def verdict_in_words(result: Result) -> tuple[str, str]:
-    """Return the verdict on all limits, "" without one, and what decides it."""
-    verdict = result["verdict"] or ""
-    if not verdict:
-        return "", "Set limits in the table."
-    texts, records = [], accepted(result)
-    for record in records:
-        for limit in record.get("limits", ()):
-            if limit["verdict"] == verdict:
-                part, phase = limit["parts"][0], record.get("phase", "")
-                name = in_words(part["quantity"])
-                name = name if record["motion"] in name else f"{record['motion']} {name}"
-                ends = [in_digits(b, 6) if b is not None else "" for b in part["bounds"]]
-                bounds = (
-                    " to ".join(filter(None, ends))
-                    if all(ends)
-                    else (f"at least {ends[0]}" if ends[0] else f"at most {ends[1]}")
-                )
-                value = "–" if part["value"] is None else in_digits(part["value"], 4)
-                texts.append(f"{name} {phase}".strip() + f" {value} {part['unit']} ({bounds})")
-    texts += [
-        simultaneity_in_words(poles)
-        for poles in result["simultaneity"]
-        if poles.get("verdict") == verdict
-    ]
-    if verdict == "pass":
-        return verdict, f"{len(texts)} values within their limits"
-    return verdict, first_of(texts, _NAMED)

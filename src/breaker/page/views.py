@@ -23,7 +23,7 @@ from breaker.common.text import bare, visible_text
 from breaker.diagnosis.identity import nameplate
 from breaker.diagnosis.inspection_change import change_tables
 from breaker.diagnosis.session import Diagnosis
-from breaker.diagnosis.tables import rejected_table, remarks_table, state_table
+from breaker.diagnosis.tables import rejected_table, remarks_table, state_table, verdict_of
 from breaker.page import curves, types, values
 from breaker.page.catalogue import Inspection, earlier_than
 from breaker.page.choices import Choices, name_of, read_choices
@@ -126,13 +126,13 @@ def _verdict(asked: Asked) -> Answer:
     """The verdict on an inspection of the list, from measured values."""
     try:
         diagnosis = asked.session.measured(asked.choices)
-        verdict, text = values.verdict_in_words(diagnosis.result)
+        verdict, text = diagnosis.result["verdict"], verdict_of(diagnosis.result)
         rejected = [str(e["reason"]) for e in diagnosis.result["records"] if not e["accepted"]]
         text = "; ".join([str(text)] * bool(verdict) + rejected[:1])
         return Answer({"verdict": verdict or "none", "text": visible_text(text)})
     except (ValueError, OSError) as error:
         reason = visible_text(str(error).splitlines()[-1].strip())
-        return Answer({"verdict": "unread", "text": reason})
+        return Answer({"verdict": "unread", "text": f"not readable: {reason}"})
 
 
 def _drop(asked: Asked) -> Answer:
@@ -201,7 +201,7 @@ def _values(asked: Asked) -> Answer:
     by_record = {id(each.record): each for each in diagnosis.estimates}
     estimates = [[by_record[id(record)] for record in tab.records] for tab in tabs]
     pairs = [*zip(tabs, estimates, strict=True)]
-    verdict, words = values.verdict_in_words(diagnosis.result)
+    verdict, words = diagnosis.result["verdict"], verdict_of(diagnosis.result)
     with_model, own = bool(asked.text("model")), asked.session.config["report"]["colours"]
     warnings = [str(note) for note in diagnosis.result["warnings"]]
     compared = change_tables(diagnosis.changes) if with_model else []

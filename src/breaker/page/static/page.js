@@ -41,8 +41,7 @@ async function fillList() {
     const found = await (await ask(`/verdict?${row.dataset.query}`)).json();
     row.dataset.verdict = found.verdict;
     const cell = row.querySelector(".verdict");
-    const word = { fail: "FAIL: ", inconclusive: "inconclusive: ", pass: "pass: ", none: "no limits", unread: "not readable: " };
-    cell.textContent = word[found.verdict] + found.text;
+    cell.textContent = found.text;
     cell.className = `verdict ${{ fail: "bad", pass: "good", inconclusive: "doubt" }[found.verdict] ?? "faint"}`;
     arrange();
   }
