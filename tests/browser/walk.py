@@ -65,7 +65,7 @@ def to_a_sheet(browser: Browser, address: str, folder: Path, downloads: Path) ->
     browser.type("#set-rate", f"5{ENTER}")
     browser.find(MEASURED)
     browser.picture(PICTURES / "unknown-read.png")
-    browser.click("#html")
+    browser.click("#sheet")
     sheet, settings = downloads / "sheet.html", downloads / "my.yaml"
     browser.until(sheet.exists, "the sheet")
     browser.run("document.getElementById('drawer').open = true")
@@ -97,7 +97,7 @@ def by_keyboard(browser: Browser, address: str) -> None:
     browser.reach("#set-rate")
     browser.type("#set-rate", f"{ALL}5.0{TAB}")
     browser.find(MEASURED)
-    browser.reach("#html")
+    browser.reach("#sheet")
 
 
 def a_limit(browser: Browser) -> None:

@@ -64,7 +64,7 @@ def test_files_are_dropped_up_to_a_bound(opened):
 def test_what_changes_or_goes_while_it_is_shown_is_said(opened):
     page, folder = opened()
     query = unescape(re.search(r'data-query="(.*?)"', page.get(PAGES[1]).text)[1])
-    asked = [f"/{n}?{query}&tab=0" for n in ("curves", "values", "model", "sheet/sheet.html")]
+    asked = [f"/{n}?{query}&tab=0" for n in ("curves", "values", "model", "sheet")]
     assert {page.get(each).status for each in asked} == {200}
     line(folder / "line.csv", spike=20.0)
     assert {page.get(each).status for each in asked} == {409}
@@ -88,7 +88,7 @@ def test_records_are_never_changed_and_windows_do_not_disturb_each_other(opened)
         return [(file, file.stat().st_mtime_ns, file.read_bytes()) for file in folder.iterdir()]
 
     plain, before = page.get(PAGES[2]).text, state()
-    for path in (*PAGES, "/?look=1", f"/sheet/sheet.html?{LINE}", f"{PAGES[1]}&set.zero=rest"):
+    for path in (*PAGES, "/?look=1", f"/sheet?{LINE}", f"{PAGES[1]}&set.zero=rest"):
         assert page.get(path).status == 200
     assert page.get(f"{PAGES[2]}&set.sign=-1").text != plain == page.get(PAGES[2]).text
     for name in ("line.csv", "none/a.yaml"):
@@ -131,8 +131,8 @@ def test_the_example_leads_to_a_sheet_and_no_request_leaves_the_machine(folder, 
     ):
         page = Page(process.stdout.readline())
         assert "data-trouble" in page.get("/inspection?file=unknown.txt").text
-        more = ("model", "verdict", "sheet/sheet.html", "inspection")
-        for path in ("/", "/?look=1", "/static/bokeh.min.js", *(f"/{n}?{read}" for n in more)):
+        more = ("model", "verdict", "sheet", "inspection")
+        for path in ("/", "/?look=1", "/static/plot.js", *(f"/{n}?{read}" for n in more)):
             assert page.get(path).status == 200
         process.terminate()
         assert process.wait(60) == 128 + 15

@@ -34,8 +34,8 @@ def add(view: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Serve the page until the user ends it."""
-    if lacking := [name for name in ("bokeh", "tornado") if not importlib.util.find_spec(name)]:
-        raise ValueError(f'the page needs {", ".join(lacking)}: pip install "{DISTRIBUTION}[app]"')
+    if not importlib.util.find_spec("tornado"):
+        raise ValueError(f'the page needs tornado: pip install "{DISTRIBUTION}[app]"')
     if options.example and options.folder:
         raise ValueError("--example shows exports of its own; leave it out, or the folder")
     config = settings_of(options.config)  # what is wrong there is said before a page opens

@@ -2,8 +2,8 @@
 
 It listens at 127.0.0.1. An address with the token sets a cookie; without it nothing is answered,
 nor to a request that names another host or comes from another page. The content security policy
-lets no page load or send anything elsewhere. Styles may stand within a page, as Bokeh writes its
-own; scripts may not.
+lets no page load or send anything elsewhere, nor run a script that stands within it; tables bring
+their styles along.
 """
 
 import asyncio
