@@ -40,7 +40,8 @@ class Plot {
   legend() { // names of the curves of the travel, each a button that hides it
     const row = document.createElement("div");
     row.className = "legend";
-    for (const curve of this.data.panels[0]?.curves ?? []) {
+    const curves = [...this.data.panels[0]?.curves ?? []].sort((a, b) => Boolean(a.look) - Boolean(b.look));
+    for (const curve of curves) {
       const name = curve.look ? curve.name : curve.phase || curve.name;
       if ([...row.children].some((made) => made.textContent === name)) continue;
       const made = document.createElement("button");
@@ -129,7 +130,7 @@ class Plot {
     const Y = (y) => top + (high + pad - y) / (high - low + 2 * pad) * (height - top);
     const whole = height + (axis ? 38 : 6), chart = svg("svg", { width: LEFT + width + RIGHT, height: whole, role: "img", "aria-label": panel.label });
     const inner = svg("svg", { x: LEFT, width, height, overflow: "hidden" });
-    for (const y of ticksOf(low - pad, high + pad, height / 40)) {
+    for (const y of ticksOf(low - pad, high + pad, height / 30)) {
       inner.append(svg("line", { class: "grid", x2: width, y1: Y(y), y2: Y(y) }));
       chart.append(svg("text", { x: LEFT - 5, y: Y(y) + 4, "text-anchor": "end" }, overTravel ? String(Number((10 ** y).toPrecision(2))) : String(y)));
     }
