@@ -12,9 +12,10 @@ import pytest
 
 from breaker.cli import main
 from breaker.page.server import HOST, POLICY, PageServer
-from tests.page.conftest import REFUSED, Page, Views, line
+from tests.page.conftest import Page, Views, line
 
 LINE = "file=line.csv"
+LIMIT = '{"type": "T", "key": "limits.closing stroke", "ends": ["1", "2"]}'
 PAGES = ("/", f"/inspection?{LINE}", f"/values?{LINE}", f"/curves?{LINE}&tab=0", "/static/page.js")
 
 
@@ -37,16 +38,16 @@ def test_nobody_else_is_answered_and_nothing_is_loaded_from_elsewhere(opened):
     assert {"HttpOnly", "SameSite=Strict"} <= {*right.headers["Set-Cookie"].split("; ")}
 
 
-def test_nothing_is_changed_for_another_page_or_by_another_method(opened, tmp_path):
-    page, _ = opened()
+def test_nothing_is_changed_for_another_page_or_by_another_method(opened):
+    page, folder = opened()
     crossed = {"Origin": page.origin, "Sec_Fetch_Site": "cross-site"}
     for headers in ({}, {"Origin": "http://evil.example"}, crossed):
-        assert page.get(f"/save?{LINE}", "POST", str(tmp_path / "a"), **headers).status == 403
-    for path in (f"/save?{LINE}", "/static/..%2f__init__.py", "/none"):
+        assert page.get("/set", "POST", LIMIT, **headers).status == 403
+    for path in ("/set", "/static/..%2f__init__.py", "/none"):
         assert page.get(path).status == 404
     assert page.post("/", "").status == 404
     assert page.get("/", "DELETE", Origin=page.origin).status == 405
-    assert not [*tmp_path.iterdir()]
+    assert not [*folder.parent.glob("types.yaml")]
 
 
 def test_files_are_dropped_up_to_a_bound(opened):
@@ -91,18 +92,16 @@ def test_records_are_never_changed_and_windows_do_not_disturb_each_other(opened)
     for path in (*PAGES, "/?look=1", f"/sheet?{LINE}", f"{PAGES[1]}&set.zero=rest"):
         assert page.get(path).status == 200
     assert page.get(f"{PAGES[2]}&set.sign=-1").text != plain == page.get(PAGES[2]).text
-    for name in ("line.csv", "none/a.yaml"):
-        assert page.post(f"/save?{LINE}", str(folder / name)).status == REFUSED
     assert state() == before
 
 
-def test_what_is_being_written_is_written_though_the_browser_is_closed(opened, tmp_path):
-    page, _ = opened()
-    target = tmp_path / "left.yaml"
+def test_what_is_being_written_is_written_though_the_browser_is_closed(opened):
+    page, folder = opened()
+    target = folder.parent / "types.yaml"
     with socket.create_connection((HOST, page.port)) as browser:
-        head = f"POST /save?{LINE} HTTP/1.1\r\nHost: {HOST}:{page.port}\r\nOrigin: {page.origin}"
-        head += f"\r\nCookie: {page.cookie}\r\nContent-Length: {len(str(target))}\r\n\r\n"
-        browser.sendall(f"{head}{target}".encode())
+        head = f"POST /set HTTP/1.1\r\nHost: {HOST}:{page.port}\r\nOrigin: {page.origin}"
+        head += f"\r\nCookie: {page.cookie}\r\nContent-Length: {len(LIMIT)}\r\n\r\n"
+        browser.sendall(f"{head}{LIMIT}".encode())
     end = time.monotonic() + 30
     while not target.exists():
         assert time.monotonic() < end

@@ -45,13 +45,11 @@ class Commands(NamedTuple):
         settings_of: Return the configuration of overlays.
         read_of: Return the ``Diagnosis`` of options, with files that are opened already.
         content_of: Return the bytes of a report by ending, and a remark.
-        write_lines: Write a text to a new file; takes its name, the text and the files read.
     """
 
     settings_of: Callable[[Sequence[str]], Mapping]
     read_of: Callable[[Namespace, Files], Diagnosis]
     content_of: Callable[[Report, str], tuple[bytes, str]]
-    write_lines: Callable[[str, str, Sequence[str]], str]
 
 
 @dataclass(frozen=True, eq=False)
@@ -334,15 +332,6 @@ class Session:
             return self.commands.content_of(report, ".html")[0]
         finally:
             gc.collect()  # the figures of a sheet hold themselves, 20 MB of them
-
-    def save(self, choices: Choices, name: str) -> str:
-        """Write the settings of a page to a new file.
-
-        Raises:
-            OSError, ValueError: If it cannot or must not be written there.
-        """
-        text = self.shown(choices).overlay
-        return self.commands.write_lines(name, text, [self.named, *self.overlays])
 
 
 def _propose(

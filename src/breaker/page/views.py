@@ -6,7 +6,7 @@ of the server, so tests call it without one.
 
 import json
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import replace
 from functools import cache
@@ -58,18 +58,15 @@ class Asked(NamedTuple):
         return self.session.shown(self.choices, self.text("state"))
 
 
-class Answer(NamedTuple):
-    """The content of an answer, and its headers."""
+class File(NamedTuple):
+    """An answer that is no page and no JSON: its bytes, type, and name if it is saved."""
 
-    content: str | bytes | dict
-    headers: Mapping[str, str] = {}
+    content: bytes
+    kind: str
+    name: str = ""
 
 
-class View(NamedTuple):
-    """A function that answers, and whether it may take long."""
-
-    find: Callable[[Asked], Answer]
-    is_slow: bool = False
+Answer = str | dict | File
 
 
 @cache
@@ -115,7 +112,7 @@ def _list(asked: Asked) -> Answer:
         count=sum(len(inspection.files) for inspection in inspections),
         seen=sum(len(inspection.files) for inspection in inspections if inspection.seen),
     )
-    return Answer(page)
+    return page
 
 
 def _verdict(asked: Asked) -> Answer:
@@ -124,17 +121,17 @@ def _verdict(asked: Asked) -> Answer:
         result = asked.session.measured(asked.choices).result
     except (ValueError, OSError) as error:
         reason = str(error).splitlines()[-1].strip()
-        return Answer({"verdict": "unread", "text": f"not readable: {visible_text(reason)}"})
+        return {"verdict": "unread", "text": f"not readable: {visible_text(reason)}"}
     rejected = [str(record["reason"]) for record in result["records"] if not record["accepted"]]
     text = "; ".join([verdict_of(result), *rejected[:1]])
-    return Answer({"verdict": result["verdict"] or "none", "text": visible_text(text)})
+    return {"verdict": result["verdict"] or "none", "text": visible_text(text)}
 
 
 def _drop(asked: Asked) -> Answer:
     """Files dropped on the page."""
     files = asked.request.files.get("file", [])
     asked.session.drop([(file.filename, file.body) for file in files])
-    return Answer({"dropped": len(files)})
+    return {"dropped": len(files)}
 
 
 # ---- an inspection -------------------------------------------------------------------------------
@@ -165,7 +162,7 @@ def _inspection(asked: Asked) -> Answer:
         remarks=[labelled(remark) for remark in shown.remarks],
         tabs=[tab.title for tab in tabs],
     )
-    return Answer(page)
+    return page
 
 
 def _curves(asked: Asked) -> Answer:
@@ -174,12 +171,12 @@ def _curves(asked: Asked) -> Answer:
     if shown.diagnosis is None:
         if shown.sheet is None:
             raise ValueError(shown.trouble)
-        return Answer(curves.drawn_file(shown.sheet))
+        return curves.drawn_file(shown.sheet)
     tabs = curves.tabs_of(shown.diagnosis.records)
     if not number.isdecimal() or int(number) >= len(tabs):
         raise MissingError("there is no such motion; load the page again")
     own = asked.session.config["report"]["colours"]
-    return Answer(curves.drawn(tabs[int(number)], shown.diagnosis, shown.files, own))
+    return curves.drawn(tabs[int(number)], shown.diagnosis, shown.files, own)
 
 
 def _values(asked: Asked) -> Answer:
@@ -221,7 +218,7 @@ def _results(asked: Asked, *, with_model: bool) -> Answer:
         for tab in tabs
     ]
     count = sum(len(table.notes) for table in remarks)
-    return Answer({"parts": parts, "marks": marks, "remarks": count})
+    return {"parts": parts, "marks": marks, "remarks": count}
 
 
 def _document(tables: list) -> Markup:
@@ -231,15 +228,7 @@ def _document(tables: list) -> Markup:
 
 
 def _sheet(asked: Asked) -> Answer:
-    content = asked.session.sheet(asked.choices, asked.text("state"))
-    return Answer(content, {"Content-Type": "text/html"})
-
-
-def _save(asked: Asked) -> Answer:
-    name = asked.request.body.decode("utf-8", "replace").strip()
-    if not name or "\0" in name:
-        raise ValueError("name the file that is to be written")
-    return Answer({"text": asked.session.save(asked.choices, name)})
+    return asked.session.sheet(asked.choices, asked.text("state")).decode("utf-8")
 
 
 def warm(session: Session) -> None:
@@ -260,21 +249,20 @@ def _set(asked: Asked) -> Answer:
     session, about = asked.session, json.loads(asked.request.body)
     name, key, ends = (about.get(part) for part in ("type", "key", "ends"))
     types.set_of_type(session.types, session.config, str(name), str(key), [str(e) for e in ends])
-    return Answer({"text": f"saved for {name} in {session.types}"})
+    return {"text": f"saved for {name} in {session.types}"}
 
 
 def _import(asked: Asked) -> Answer:
     session = asked.session
     count = types.import_types(session.types, session.config, asked.request.body)
-    return Answer({"text": f"{count} types added to {session.types}"})
+    return {"text": f"{count} types added to {session.types}"}
 
 
 def _export(asked: Asked) -> Answer:
     session = asked.session
     if not os.path.exists(session.types):
         raise MissingError("no type is saved yet: set a limit, then export the file")
-    about = {"Content-Disposition": 'attachment; filename="types.yaml"'}
-    return Answer(Path(session.types).read_bytes(), {"Content-Type": "text/yaml", **about})
+    return File(Path(session.types).read_bytes(), "text/yaml", "types.yaml")
 
 
 def _static(asked: Asked) -> Answer:
@@ -282,23 +270,24 @@ def _static(asked: Asked) -> Answer:
     folder = resources("breaker.page").joinpath("static")
     if asked.rest not in [file.name for file in folder.iterdir()]:
         raise MissingError("there is no such file of the page")
-    kind = f"{_STATIC[Path(asked.rest).suffix]}; charset=utf-8"
-    return Answer(folder.joinpath(asked.rest).read_bytes(), {"Content-Type": kind})
+    return File(folder.joinpath(asked.rest).read_bytes(), _STATIC[Path(asked.rest).suffix])
 
 
 VIEWS = {
-    ("GET", ""): View(_list),
-    ("GET", "verdict"): View(_verdict, is_slow=True),
-    ("POST", "drop"): View(_drop),
-    ("GET", "inspection"): View(_inspection),
-    ("GET", "curves"): View(_curves),
-    ("GET", "values"): View(_values),
-    ("GET", "model"): View(_model, is_slow=True),
-    ("GET", "sheet"): View(_sheet, is_slow=True),
-    ("POST", "save"): View(_save),
-    ("POST", "set"): View(_set),
-    ("POST", "import"): View(_import),
-    ("GET", "types.yaml"): View(_export),
-    ("GET", "static"): View(_static),
+    ("GET", ""): _list,
+    ("GET", "verdict"): _verdict,
+    ("POST", "drop"): _drop,
+    ("GET", "inspection"): _inspection,
+    ("GET", "curves"): _curves,
+    ("GET", "values"): _values,
+    ("GET", "model"): _model,
+    ("GET", "sheet"): _sheet,
+    ("POST", "set"): _set,
+    ("POST", "import"): _import,
+    ("GET", "types.yaml"): _export,
+    ("GET", "static"): _static,
 }
 """Views by method and first part of the path."""
+
+SLOW = ("verdict", "model", "sheet")
+"""First parts of the paths of answers that may take long."""

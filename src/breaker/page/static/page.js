@@ -218,11 +218,6 @@ function prepareInspection() {
     byId("said").textContent = answer.error?.message ?? answer.text;
     if (!answer.error) location.reload();
   });
-  byId("save").addEventListener("submit", async (event) => {
-    event.preventDefault();
-    const answer = await post(`/save?${query()}`, byId("settings-name").value).catch((error) => ({ text: error.message }));
-    byId("saved").textContent = answer.text;
-  });
   fillInspection().catch((error) => say(error.message));
 }
 
