@@ -6,8 +6,8 @@ import pytest
 from breaker.configuration.definitions import family_of
 from breaker.family import bank as bank_module
 from breaker.family.bank import GRID, shapes, simulate_family
-from breaker.family.drive_family import WEAR, Family
-from breaker.family.rich_drive import CONTACTS, ELEMENTS, LAWS, Drive, Elements
+from breaker.family.drive_family import Family
+from breaker.family.rich_drive import CONTACTS, ELEMENTS, Drive, Elements
 from breaker.model.parameters import MOTIONS
 
 DRIVES = 300
@@ -55,30 +55,6 @@ def test_a_curve_is_that_of_the_drive(bank, number):
             levels = np.interp([0.0, 1.0], GRID, curves[m])
             np.testing.assert_allclose(levels, [0.1, 0.5], atol=1e-3)
             assert curves[m][float(one.release) > GRID] == pytest.approx(0.0, abs=1e-4)
-
-
-def test_effects_contacts_and_wear_come_by_their_shares(family, bank):
-    sizes = [
-        name
-        for name in ELEMENTS
-        if name.partition(".")[0] not in (*LAWS, "contact_preload")
-        and name.rpartition(".")[2] in (name, "damping", "share")
-    ]
-    # From no effect to all with equal probabilities, so that drives with one alone are not rare.
-    # The largest distance of 300 draws is above 0.113 with a probability of 1e-3; steps are 1 / 18.
-    there = bank.elements.sel(element=sizes, condition="new") != 0.0
-    share = np.sort(there.sum("element").values) / len(sizes)
-    assert np.abs(share - (np.arange(DRIVES) + 0.5) / DRIVES).max() < 0.113 + 0.5 / 18
-    assert bank.contact.kinds == list(CONTACTS)
-    expected = np.array([family.settings["contacts"][kind] for kind in CONTACTS])
-    share = np.bincount(bank.contact, minlength=3) / DRIVES
-    np.testing.assert_allclose(share, expected / expected.sum(), atol=0.1)  # 3.5 sd of 300 draws
-    changed = (np.diff(bank.parameters.values, axis=1)[:, 0] != 0).sum(axis=1)
-    assert bank.wear.kinds == list(WEAR)
-    for kind, (least, most) in enumerate([(0, 0), (1, 3), (4, 6)]):
-        of_kind = changed[bank.wear.values == kind]
-        assert of_kind.size > 60
-        assert (of_kind.min(), of_kind.max()) == (least, most)
 
 
 def test_a_drive_without_a_shape_is_drawn_again_and_counted(family, monkeypatch):

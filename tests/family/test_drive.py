@@ -268,16 +268,6 @@ def test_it_agrees_with_another_solver_to_a_micrometre(motion, name, theta):
     assert switches == pytest.approx(reference.switches, abs=1e-3)
 
 
-def test_a_held_contact_is_picked_up_again_where_the_drive_rebounds():
-    drive = Drive((1.5, 0.035, 0.055, 0.04, 0.02, 0.65, 9.5), Elements(contact="held"))
-    drive = drive.changed(contact_preload=0.25)
-    curve, switches = drive.operate("closing", TIMES)
-    later = switches + 1.0 < TIMES
-    assert curve[later].min() < drive.value("L") - 0.2
-    reference = Reference(drive, "closing").travel(TIMES)
-    np.testing.assert_allclose(curve, reference, rtol=0, atol=1e-3)
-
-
 @pytest.mark.parametrize("name", ["laws on a linkage", "held", "sliding"])
 def test_a_drive_of_another_size_moves_alike(name):
     drive, size = Drive(THETA, SETS[name]), Size(lengths=12.0, times=3.0)

@@ -1,7 +1,5 @@
 """Curves of the model through files: the records that are read belong to the stated truth."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from scipy.stats import chi2
@@ -65,14 +63,3 @@ def test_other_rates(prior, sensor, rate):
     other = {"other": wide._replace(rate=rate, settings={**wide.settings, "rate": rate})}
     measured, truth, _ = through_files(prior, sensor, "opening", 20, rng, other)
     assert tail(sensor, "opening", measured, truth).min() > FALSE_ALARM / (2 * 20)
-
-
-def test_rejected_records_are_left_out(prior, sensor):
-    far = replace(sensor, zero_sd=3.0)  # a zero beyond what the reader takes for an open breaker
-    measured, truth, reasons = through_files(prior, far, "closing", 24, generator(8, "test far"))
-    assert 0 < len(measured) == len(truth) == 24 - len(reasons) < 24
-    assert tail(far, "closing", measured, truth).min() > FALSE_ALARM / (2 * 24)
-    with pytest.raises(RuntimeError):
-        through_files(
-            prior, replace(sensor, zero_sd=1e4), "closing", 4, generator(8, "test farther")
-        )

@@ -1,6 +1,5 @@
 """The environment: what is pinned, where, and that it is what the tests run in."""
 
-import importlib
 import os
 import re
 import shutil
@@ -122,17 +121,6 @@ def test_version_is_stated_once_cited_and_in_the_changelog():
     assert project["license"] == citation["license"] == "MIT"
     assert (ROOT / "LICENSE").read_text(encoding="utf-8").startswith("MIT License")
     assert project["scripts"] == {"breaker": "breaker.cli:run"}
-
-
-def test_versions_of_python_are_declared_as_they_are_tried(monkeypatch):
-    project = tomllib.loads(PYPROJECT.read_text(encoding="utf-8"))["project"]
-    named = [each.rpartition(" ")[2] for each in project["classifiers"] if "Python :: 3." in each]
-    monkeypatch.syspath_prepend(ROOT / "envs")
-    tried = importlib.import_module("pythons").VERSIONS
-    assert tried[: len(named)] == tuple(named)
-    assert project["requires-python"] == f">={named[0]}"
-    readme = (ROOT / "README.md").read_text(encoding="utf-8").split()
-    assert all({version, f"{version};", f"{version},"} & set(readme) for version in named)
 
 
 @pytest.mark.slow

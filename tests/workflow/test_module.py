@@ -36,9 +36,6 @@ breaker:
   endurance: {operations_per_job: 20}
 """
 FIGURE = "drive/figures/prior_predictive_closing.png"
-LOCAL = USE.replace(
-    'github("someone/breaker", path="workflow/Snakefile", tag="v0")', f'"{ROOT}/workflow/Snakefile"'
-)
 
 
 @pytest.fixture
@@ -81,20 +78,6 @@ def test_a_figure_is_made_through_a_module_of_a_repository(folder):
     assert {each.name for each in folder.iterdir()} - before <= {"drive", ".snakemake"}
     assert "Nothing to be done" in snakemake("-n", FIGURE, folder=folder)
     snakemake("--lint", folder=folder)  # which fails where it has a finding
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("prefix", ['prefix: "drive"', 'replace_prefix: {"results/": "drive/"}'])
-def test_a_training_is_planned_through_a_module_of_a_clone(tmp_path, prefix, monkeypatch):
-    # Without the profile of this project, Snakemake needs a cache that it can write to.
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
-    (tmp_path / "config").mkdir()
-    (tmp_path / "config/config.yaml").write_text(SETTINGS, encoding="utf-8")
-    (tmp_path / "Snakefile").write_text(LOCAL.replace('prefix: "drive"', prefix), encoding="utf-8")
-    model = "drive/results/models" if prefix.startswith("prefix") else "drive/models"
-    plan = snakemake("-n", f"{model}/closing.safetensors", folder=tmp_path)
-    assert str(ROOT / "workflow/scripts/train.py") in plan
-    assert f"log: {'drive/' * prefix.startswith('prefix')}logs/train/closing.log" in plan
 
 
 @pytest.mark.slow
