@@ -4,10 +4,9 @@ import sys
 from functools import partial
 
 import numpy as np
-import openpyxl
+import pandas as pd
 import pytest
 
-from breaker.common.randomness import generator
 from breaker.records.files import Opened, RejectedCurveError
 from breaker.records.formats import example_format, registry
 from breaker.records.formats.registry import FORMATS, Format, format_of, read_columns
@@ -91,12 +90,12 @@ def test_content_proves_a_format_whatever_the_ending(ending, format_, name, tmp_
         told(other, lambda: read_columns(other, settings))
 
 
-@pytest.mark.parametrize("ending", [".xls", ".xlsb", ".ods"])
-def test_a_workbook_of_another_kind_is_refused_with_the_remedy(ending, tmp_path):
+def test_a_workbook_of_another_kind_is_refused_with_the_remedy(tmp_path):
     """Planted: .ods is read as a text."""
-    file = tmp_path / f"a{ending}"
-    file.write_bytes(b"time,travel\ns,mm\n0.1,1\n0.2,2\n")
-    assert ".xlsx" in told(file, lambda: read_columns(file, complete({})))
+    for ending in (".xls", ".xlsb", ".ods"):
+        file = tmp_path / f"a{ending}"
+        file.write_bytes(b"time,travel\ns,mm\n0.1,1\n0.2,2\n")
+        assert ".xlsx" in told(file, lambda file=file: read_columns(file, complete({})))
 
 
 def test_contact_and_trigger_of_any_kind_of_file(tmp_path):
@@ -109,10 +108,8 @@ def test_contact_and_trigger_of_any_kind_of_file(tmp_path):
     text, unnamed, book = (tmp_path / name for name in ("a.csv", "b.csv", "a.xlsx"))
     np.savetxt(text, table, delimiter=",", header=",".join(head), comments="")
     np.savetxt(unnamed, table, delimiter=",")
-    workbook = openpyxl.Workbook()
-    for row in [head, *([None if np.isnan(cell) else cell for cell in row] for row in table)]:
-        workbook.active.append(row)
-    workbook.save(book)
+    frame = pd.DataFrame(table, columns=head)
+    frame.to_excel(book, index=False)
     named = {"time_unit": "ms", "contact_column": "main contact", "trigger_column": 4}
     numbers = {"time_column": 1, "travel_column": 2, "contact_column": 3, "trigger_column": 4}
     for file, settings in ((text, named), (book, named), (unnamed, {**named, **numbers})):
@@ -124,28 +121,6 @@ def test_contact_and_trigger_of_any_kind_of_file(tmp_path):
         assert zero.beside.keys() == {"contact"}
     with pytest.raises(RejectedCurveError):
         read_columns(text, complete({**named, "contact_column": "mian"}))
-
-
-@pytest.mark.parametrize("name", ["excel", "comtrade", "netcdf"])
-def test_damaged_files_are_read_or_refused(tmp_path, name):
-    """Cut and with flipped bytes: never another error."""
-    example = EXAMPLES[name]
-    file = tmp_path / example.name
-    example.write(file)
-    whole, rng, refused = file.read_bytes(), generator(1, "test damage", name), 0
-    for i in range(60):
-        damaged = bytearray(whole)
-        if i % 3 == 0:
-            del damaged[rng.integers(len(whole)) :]
-        for place in rng.integers(max(1, len(damaged)), size=i % 5):
-            if damaged:
-                damaged[place % len(damaged)] = rng.integers(256)
-        file.write_bytes(damaged)
-        try:
-            read_columns(file, complete(example.settings))
-        except RejectedCurveError:
-            refused += 1
-    assert refused > 20
 
 
 @pytest.mark.parametrize(("name", "package"), [("excel", "openpyxl"), ("netcdf", "h5py")])

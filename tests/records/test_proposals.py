@@ -1,4 +1,7 @@
-"""Files of unknown origin: the settings that are proposed read them, or name what is lacking."""
+"""Exports of unknown origin: the settings that are proposed read them, or name what is lacking."""
+
+from collections.abc import Mapping
+from typing import NamedTuple
 
 import numpy as np
 import pytest
@@ -9,60 +12,19 @@ from breaker.common.text import visible_text
 from breaker.configuration.definitions import simulated_test
 from breaker.family.endurance import EnduranceTest
 from breaker.records.curves import Grid, read_curves
+from breaker.records.description import travel_channels
 from breaker.records.files import RejectedCurveError
 from breaker.records.operations import Operation
 from breaker.records.proposal import inspect_file, overlay_of, words_of
 from breaker.records.reader import Reader
 from breaker.records.settings import FORMAT
 from studies import layouts
+from tests.exports import way, write
 
 SENSOR = {"start": -2.0, "stop": 58.0, "samples": 151, "noise_sd": 0.1}
 TIMES = np.linspace(-2.0, 58.0, 151)
 MOTIONS = ("closing", "opening")
-
-
-@pytest.fixture(scope="module")
-def life(defaults):
-    return EnduranceTest.from_settings(simulated_test(defaults), seed=1)
-
-
-@pytest.fixture(scope="module")
-def closing(life):
-    """Times, ms, and travel, mm, of a closing."""
-    return life.record("closing", 1)
-
-
-@pytest.fixture
-def inspect(tmp_path):
-    """Write lines to a file and inspect it; none of its proposals is refused by the reader."""
-
-    def inspected(*lines, name="record.txt", channel=""):
-        file = tmp_path / name
-        file.write_text("\n".join([*lines, ""]), encoding="utf-8")
-        proposal = inspect_file(file, SENSOR, channel)
-        settings = proposed(proposal)
-        column = settings.get("travel_column", FORMAT["travel_column"])
-        own = [each for each in proposal.motions if each.column == column and each.record]
-        for each in () if proposal.lacking else own:
-            assert Reader(settings).read(each.operation, each.motion)
-        return proposal
-
-    return inspected
-
-
-def rows(*columns, sep=",", decimal="."):
-    """Rows of cells, each column of texts or of numbers with its own digits."""
-    return [sep.join(row).replace(".", decimal) for row in zip(*columns, strict=True)]
-
-
-def cells(values, digits=3):
-    return [f"{value:.{digits}f}" for value in values]
-
-
-def read(file, settings, motion="closing"):
-    curves = read_curves([Operation(1, file)], settings, Grid(TIMES), motion)
-    assert curves.accepted.all(), curves.reason.values
-    return curves
+STROKE = 178.0  # mm
 
 
 def proposed(proposal):
@@ -70,11 +32,126 @@ def proposed(proposal):
     return yaml.safe_load(overlay_of(proposal))["endurance"]["format"]
 
 
-def assert_read(proposal, closing):
-    """The proposal, as it is printed, reads the file: the closing comes out."""
-    curves, (time, travel) = read(proposal.layout.file, proposed(proposal)), closing
-    exact = np.interp(curves.first_motion.item() + TIMES, time, travel)
-    np.testing.assert_allclose(curves.travel.values[0], exact - exact[0], atol=0.25)
+# ---- a table of exports --------------------------------------------------------------------------
+
+
+class Export(NamedTuple):
+    """A file of 10 kHz: lines above its columns; a letter for each column, see ``columns_of``; what
+    is proposed for it and what it lacks, with a value that fills it in; and how it is written.
+    """
+
+    head: str
+    columns: str
+    settings: Mapping
+    lacking: Mapping = {}
+    phases: str = ""
+    decimal: str = "."
+    encoding: str = "utf-8"
+    kind: str = "C"  # its motions
+    unit: float = 1.0  # mm of one unit of the reading
+    digits: int = 4
+    closed: float = 0.0  # reading of the closed breaker, if the reading falls towards it, mm
+    name: str = "record.txt"
+
+
+RATE = {"time_column": None, "rate": 10.0}
+EXPORTS = {
+    "german": Export(
+        "Anlage: Nord\nAbtastrate: 10 kHz\nSchaltfolge: E\n\nWeg L1;Weg L2;Hauptkontakt L1\nmm;mm;",
+        *("x;x;c", RATE | {"encoding": "utf-16", "decimal": ","}, {}, "L1 L2", ",", "utf-16"),
+    ),
+    "json": Export(
+        '{\n"serialNumber": "HV-1",\n"sampleRate_Hz": 10000,\n"channels": ["R", "Y", "B"]\n}\n'
+        "travel_1\ttravel_2\tcontact_1\nmm\tmm\t-",
+        *("x\tx\tc", RATE | {"delimiter": "\t"}, {}, "R Y"),
+    ),
+    "french": Export(
+        "N° de série;778\nFréquence d'échantillonnage;10 kHz\nManœuvre;F\n\n"
+        "Course R (mm);Course S (mm);Contact",
+        *("x;x;c", RATE | {"delimiter": ";"}, {}, "R S", ",", "cp1252"),
+    ),
+    "chinese": Export(
+        "出厂编号：A-99\n采样频率：10kHz\n操作：合闸\n行程A相(mm),行程B相(mm),触头",
+        *("x,x,c", RATE | {"encoding": "gb18030"}, {}, "A B", ".", "gb18030"),
+    ),
+    "inches": Export(
+        'Sample Rate (Samples/s),"10,000"\nStroke A (in),Stroke B (in),C',
+        *("x,x,c", RATE | {"travel_unit": "inch"}, {}, "A B"),
+        unit=25.4,
+    ),
+    "comments": Export(
+        "# sampling_rate_hz=10000\n# stroke_unit=mm\ns_A,s_B,c", "x,x,c", RATE, {}, "A B"
+    ),
+    "no names": Export("", "t\tx", {"time_column": 1, "travel_column": 2}),
+    "dates": Export(
+        "Datum;Zeit [s];Hub [mm]", "d;s;x", {"time_column": "Zeit", "delimiter": ";"}, decimal=","
+    ),
+    "a count": Export("Sample interval;0.1 ms\nIndex;Travel\n;mm", "n;x", RATE),
+    "microseconds": Export(
+        "t,stroke_cm", "u,x", {"time_unit": "us", "travel_unit": "cm"}, unit=10.0
+    ),
+    "a ratio": Export(
+        "fs = 10k\nÜbersetzung: 1,64 mm/°\nDrehwinkel L1 [°];Drehwinkel L2 [°];K",
+        *("x;x;c", {"travel_unit": "deg"}, {"ratio": 1.64}, "L1 L2", ","),
+        unit=1.64,
+    ),
+    "counts": Export(
+        "time [s],travel", "s,x", {"travel_unit": "counts"}, {"ratio": 0.05}, unit=0.05, digits=0
+    ),
+    "unlikely mm": Export(
+        "time [s],travel", "s,x", {"travel_unit": "counts"}, {"ratio": 0.1}, unit=0.1
+    ),
+    "volts": Export(
+        "time [s],transducer (volt)", "s,x", {"travel_unit": "V"}, {"ratio": 30.0}, unit=30.0
+    ),
+    "C-O": Export("t (ms),TRV1(mm)", "t,x", {}, kind="CO"),
+    "O-C-O": Export("t (ms),TRV1(mm)", "t,x", {}, kind="OCO"),
+    "falling": Export("t (ms),travel (mm)", "t,x", {"sign": -1}, closed=400, name="closing 1.txt"),
+    "no sign": Export("t (ms),TRV1(mm)", "t,x", {}, {"sign": -1}, kind="CO", closed=STROKE),
+}
+
+
+def columns_of(time, export):
+    """Columns of time in ms, s and us, of a count, a date, a travel in its unit, and a contact."""
+    share = np.full(time.size, float(export.kind[0] == "O"))
+    for k, letter in enumerate(export.kind):
+        begin, over = 60.0 + 260.0 * k, 0.2 if len(export.kind) > 1 and letter == "C" else 0.02
+        share += (1 if letter == "C" else -1) * way(time, begin, 60.0, over=over)
+    noise = np.random.default_rng(0).normal(0.0, 0.05, time.size)
+    travel = export.closed + (-1.0 if export.closed else 1.0) * STROKE * share + noise
+    digits = export.digits
+    return {
+        "t": [f"{t:.1f}" for t in time],
+        "s": [f"{t / 1e3:.5f}" for t in time],
+        "u": [f"{1e3 * t:.0f}" for t in time],
+        "n": [str(i) for i in range(time.size)],
+        "d": ["20/11/2024 15:13"] * time.size,
+        "x": [f"{x / export.unit:.{digits}f}" for x in travel],
+        "c": ["1" if s > 0.45 else "0" for s in share],
+    }
+
+
+@pytest.mark.parametrize("name", EXPORTS)
+def test_what_is_proposed_for_an_export_reads_it(tmp_path, name):
+    export = EXPORTS[name]
+    time = 0.1 * np.arange(2600 * len(export.kind) + 600)
+    columns = columns_of(time, export)
+    sign = export.columns.strip("tsundxc")[:1]
+    rows = zip(*(columns[kind] for kind in export.columns.split(sign)), strict=True)
+    lines = [sign.join(row).replace(".", export.decimal) for row in rows]
+    file = tmp_path / export.name
+    file.write_text("\n".join([*filter(None, [export.head]), *lines, ""]), export.encoding)
+    proposal = inspect_file(file, SENSOR)
+    assert {key: proposal.settings.get(key) for key in export.settings} == export.settings
+    assert [*proposal.lacking] == [*export.lacking]
+    motions = "".join(each.motion[0].upper() for each in proposal.motions)
+    assert motions == export.kind * (len(export.phases.split()) or 1)
+    if export.phases:
+        assert " ".join(name for name, _ in travel_channels(file).values()) == export.phases
+    settings = proposed(proposal) | export.lacking | {"stroke": None}
+    for each in proposal.motions:
+        record = Reader(settings | {"travel_column": each.column}).read(each.operation, each.motion)
+        assert record.segment.stroke == pytest.approx(STROKE, abs=0.5)
 
 
 @pytest.mark.parametrize("motion", MOTIONS)
@@ -95,98 +172,38 @@ def test_what_is_proposed_for_a_layout_reads_it_as_its_own_settings_do(
         lacking = {"travel_unit": "deg", "ratio": 0.25, "stroke": [12.0, 17.0]}
     if name == "angles":
         settings["zero"] = 0.0  # of the table, not of the reading
-    expected, found = read(file, layout.settings, motion), read(file, settings | lacking, motion)
-    np.testing.assert_allclose(found.travel, expected.travel, atol=0.12)
-    assert found.first_motion.item() == pytest.approx(expected.first_motion.item(), abs=0.11)
+    own, found = (
+        read_curves([Operation(1, file)], given, Grid(TIMES), motion)
+        for given in (layout.settings, settings | lacking)
+    )
+    assert found.accepted.all(), found.reason.values
+    np.testing.assert_allclose(found.travel, own.travel, atol=0.12)
+    assert found.first_motion.item() == pytest.approx(own.first_motion.item(), abs=0.11)
 
 
-# Lines of a file of times, ms, and travel, mm; and settings that are proposed for it.
-LAYOUTS = {
-    "no names at all": (
-        lambda t, x: rows(cells(t, 1), cells(x), sep="\t"),
-        {"time_column": 1, "travel_column": 2},
-    ),
-    "dates in a first column": (
-        lambda t, x: [
-            "Datum;Zeit [s];Hub [mm]",
-            *rows(["20/11/2024 15:13"] * t.size, cells(t / 1e3, 5), cells(x), sep=";", decimal=","),
-        ],
-        {"delimiter": ";", "time_column": "Zeit"},
-    ),
-    "a count of samples": (
-        lambda t, x: [
-            *("Sample interval;0.1 ms", "Index;Travel", ";mm"),
-            *rows([str(i) for i in range(x.size)], cells(x), sep=";"),
-        ],
-        {"time_column": None, "rate": 10.0},
-    ),
-    "microseconds by their steps": (
-        lambda t, x: ["t,stroke_cm", *rows(cells(1e3 * t, 0), cells(x / 10, 4))],
-        {"time_unit": "us", "travel_unit": "cm"},
-    ),
-}
+@pytest.fixture(scope="module")
+def life(defaults):
+    return EnduranceTest.from_settings(simulated_test(defaults), seed=1)
 
 
-@pytest.mark.parametrize("name", LAYOUTS)
-def test_a_layout_is_proposed_and_read(inspect, closing, name):
-    lines, settings = LAYOUTS[name]
-    proposal = inspect(*lines(*closing))
-    assert {key: proposal.settings[key] for key in settings} == settings
-    assert_read(proposal, closing)
+# ---- motions and channels ------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
-    ("size", "digits", "head", "unit"),
-    [
-        (18.0, 2, "travel", "mm"),
-        (18.0, 0, "travel", "counts"),
-        (60.0, 2, "travel", "counts"),
-        (-0.5, 4, "transducer (volt)", "V"),
-    ],
-)
-def test_what_is_no_length_leaves_the_ratio_to_fill_in(inspect, closing, size, digits, head, unit):
-    time, travel = closing
-    lines = rows(cells(time / 1e3, 5), cells(size * travel, digits))
-    proposal = inspect(f"time [s],{head}", *lines, name="closing.csv")
-    assert {"travel_unit": "mm", **proposal.settings}["travel_unit"] == unit
-    assert [*proposal.lacking] == ([] if unit == "mm" else ["ratio"])
-    assert ("stroke" in proposal.settings) == (unit == "mm")
-    assert proposal.motions[0].record
+def written(file, head, *columns):
+    rows = [",".join(f"{value:.4f}" for value in row) for row in zip(*columns, strict=True)]
+    file.write_text("\n".join([head, *rows, ""]), encoding="utf-8")
+    return file
 
 
-def test_the_name_of_a_motion_or_a_rest_at_zero_shows_the_sign(inspect, closing):
-    """A reading that rises: a closing, or an opening that falls."""
-    time, travel = closing
-    lines = ["time,travel", "s,mm", *rows(cells(time / 1e3, 5), cells(travel + 100))]
-    assert "sign" not in inspect(*lines, name="closing_1.csv").settings
-    assert inspect(*lines, name="opening_1.csv").settings["sign"] == -1
-    assert [*inspect(*lines, name="record_1.csv").lacking] == ["sign"]
-    proposal = inspect("time,travel", "s,mm", *rows(cells(time / 1e3, 5), cells(-travel)))
-    assert proposal.settings["sign"] == -1
-    assert_read(proposal, closing)
-
-
-def test_a_channel_can_be_chosen(inspect, closing):
-    time, travel = closing
-    columns = rows(*(cells(c, 5) for c in (time / 1e3, travel, 1.01 * travel)))
-    lines = "time,Travel A,Travel B", "s,mm,mm", *columns
-    assert [t.place for t in inspect(*lines).travels] == [1, 2]
-    assert inspect(*lines, channel="Travel B").settings["travel_column"] == "Travel B"
-    assert [t.place for t in inspect(*lines, channel="3").travels] == [2]
-    flat = "time,travel", *rows(cells(time / 1e3, 5), cells(0.1 * np.sin(1e3 * time)))
-    for refused, channel in ((lines, "Travel C"), (flat, ""), (("once upon", "a time"), "")):
-        with pytest.raises(RejectedCurveError):
-            inspect(*refused, channel=channel)
-
-
-def test_every_motion_of_every_channel_is_read_in_its_part(inspect):
+def test_every_motion_of_every_channel_is_read_in_its_part(tmp_path):
     """A breaker closes and opens twice; B falls where A rises, is larger, and rests at 20 mm."""
     time = np.arange(0.0, 400.0, 0.1)
     ways = [1.0 / (1.0 + np.exp(at - time)) for at in (50.0, 150.0, 250.0, 350.0)]
     way = ways[0] - ways[1] + ways[2] - ways[3]
     noise = 0.1 * np.random.default_rng(1).standard_normal(time.size)
     columns = time + 250.0, 16.0 * way + noise, 40.0 - 20.0 * way + noise
-    proposal = inspect("t,A,B", "ms,mm,mm", *rows(*(cells(each) for each in columns)))
+    file = written(tmp_path / "a.csv", "t (ms),A (mm),B (mm)", *columns)
+    proposal = inspect_file(file, SENSOR)
     found = [(each.column, each.motion) for each in proposal.motions]
     assert found == [(c, m) for c, first in (("A", 1), ("B", -1)) for m in (MOTIONS[::first] * 2)]
     for each, at in zip(proposal.motions, [300.0, 400.0, 500.0, 600.0] * 2, strict=True):
@@ -196,6 +213,65 @@ def test_every_motion_of_every_channel_is_read_in_its_part(inspect):
         assert between == pytest.approx((at - 50.0, at + 50.0), abs=1.0)
     assert proposal.settings["stroke"] == pytest.approx([0.9 * 16.0, 1.1 * 20.0], rel=0.03)
     assert proposal.settings["zero"] == "rest"
+    assert [t.place for t in inspect_file(file, SENSOR, "3").travels] == [2]
+    assert inspect_file(file, SENSOR, "B").settings["travel_column"] == "B"
+    flat = written(tmp_path / "b.csv", "time,travel", time / 1e3, 0.1 * np.sin(1e3 * time))
+    for refused, channel in ((file, "C"), (flat, "")):
+        with pytest.raises(RejectedCurveError):
+            inspect_file(refused, SENSOR, channel)
+
+
+def test_the_name_of_a_motion_or_a_rest_at_zero_shows_the_sign(tmp_path):
+    """A reading that rises: a closing, or an opening that falls."""
+    time = np.arange(0.0, 200.0, 0.1)
+    rises, head = 14.0 * way(time, 60.0, 20.0), "time (ms),travel (mm)"
+    for name, offset, sign in (("closing", 100, 1), ("opening", 100, -1), ("record", 0, 1)):
+        file = written(tmp_path / f"{name} 1.csv", head, time, rises + offset)
+        assert (FORMAT | inspect_file(file, SENSOR).settings)["sign"] == sign
+    unclear = written(tmp_path / "record 1.csv", head, time, rises + 100)
+    assert [*inspect_file(unclear, SENSOR).lacking] == ["sign"]
+
+
+@pytest.mark.parametrize("title", [[], ["", "[Channel B]", "Time (ms),Travel (mm)"]])
+def test_channels_one_below_the_other_are_refused(tmp_path, title):
+    time = np.arange(0.0, 300.0, 0.2)
+    block = [f"{t:.1f},{178 * y:.2f}" for t, y in zip(time, way(time, 60.0, 60.0), strict=True)]
+    lines = ["Time (ms),Travel (mm)", *block, *title, *block]
+    (tmp_path / "a.csv").write_text("\n".join(lines), encoding="utf-8")
+    with pytest.raises(RejectedCurveError):
+        inspect_file(tmp_path / "a.csv", SENSOR)
+
+
+# ---- the export of an analyser -------------------------------------------------------------------
+
+
+def inspected(tmp_path, **given):
+    write(tmp_path / "export.csv", **given)
+    return inspect_file(tmp_path / "export.csv", SENSOR)
+
+
+@pytest.mark.parametrize("plot", [200.0, 800.0])
+def test_a_length_that_contradicts_the_rate_leaves_it_to_fill_in(tmp_path, plot):
+    proposal = inspected(tmp_path, plot=plot)
+    assert list(proposal.lacking) == ["rate"]
+    assert f"{4000 / plot:g} kHz" in proposal.lacking["rate"]
+
+
+@pytest.mark.parametrize("unused", ["zeros", "cross"])
+def test_unused_channels_are_no_travels(tmp_path, unused):
+    proposal = inspected(tmp_path, unused=unused)
+    assert [travel.place for travel in proposal.travels] == [6, 7, 8]
+    assert proposal.settings["stroke"] == [160.0, 197.0]
+    assert ("'Travel 4', 'Travel 5'" in text_of(words_of(proposal))) == (unused == "cross")
+
+
+@pytest.mark.parametrize(("stated", "warned"), [([178.0, 150.0], False), ([150.0, 151.0], True)])
+def test_a_stated_stroke_that_no_motion_has_is_a_warning(tmp_path, stated, warned):
+    proposal = inspected(tmp_path, results={"Stroke (mm)": stated, "Rated Travel (mm)": [178.0]})
+    assert [bool(each.record.warning) for each in proposal.motions] == [warned] * 3
+
+
+# ---- what may do harm ----------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("name", ["semicolon", "inverted", "wide"])
@@ -220,11 +296,11 @@ def test_damaged_files_end_in_a_proposal_or_a_reason(tmp_path, life, name):
 @pytest.mark.parametrize(
     ("name", "shown"), [("Ход travel", True), ("tra\u200bvel", False), ("tra\u202evel", False)]
 )
-def test_a_name_is_shown_unless_a_sign_of_it_is_not_seen(inspect, closing, name, shown):
+def test_a_name_is_shown_unless_a_sign_of_it_is_not_seen(tmp_path, name, shown):
     """What is copied from a terminal is read as it was meant."""
-    columns = (cells(closing[0] / 1e3, 5), cells(closing[1], 5))
-    proposal = inspect(f"time,{name}", *rows(*columns), name="closing.csv")
-    overlay = overlay_of(proposal)
+    time = np.arange(0.0, 200.0, 0.1)
+    file = written(tmp_path / "closing.csv", f"time (ms),{name}", time, 14.0 * way(time, 60, 20))
+    overlay = overlay_of(proposal := inspect_file(file, SENSOR))
     assert visible_text(overlay) == overlay
     assert (name in overlay) == shown
     assert proposed(proposal)["travel_column"] == name
