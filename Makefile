@@ -93,6 +93,8 @@ lint: $(INSTALLED)
 	$(BIN)/ruff format --check .
 	$(BIN)/snakefmt --check Snakefile workflow
 	$(BIN)/snakemake --lint
+	$(BIN)/python docs/style.py
+	$(BIN)/python docs/style.py
 
 format: $(INSTALLED)
 	$(BIN)/ruff check --fix .
@@ -137,8 +139,8 @@ $(PINNED): $(LOCK) $(MOVED)
 
 numbers: $(INSTALLED)
 	cp results/numbers.csv docs/numbers.csv
-	$(BIN)/python docs/times.py results
 	$(BIN)/python docs/restate.py
+	$(BIN)/python docs/tables.py
 	$(BIN)/python docs/pictures.py results
 
 pictures: $(INSTALLED)

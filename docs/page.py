@@ -1,14 +1,15 @@
-"""Draw the picture of the page in the README, from the page itself in Chromium.
+"""Draw the pictures of the page and of a report in Chromium.
 
     python docs/page.py      # needs Debian's chromium and chromium-driver
 
-It is what `breaker view --example` shows of the newest inspection over the earlier one, once a
-limit on its speed has been set, which it fails.
+The page is what `breaker view --example` shows of the newest inspection over the earlier one, once
+a limit on its speed has been set, which it fails. The report judges the same inspection.
 """
 
 import re
 import subprocess
 import sys
+from collections.abc import Callable
 from io import BytesIO
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -20,19 +21,19 @@ sys.path.insert(0, str(ROOT))
 
 from tests.browser.chromium import TAB, Browser  # noqa: E402
 
-PICTURE = ROOT / "docs" / "page.png"
-_SIZE, _COLOURS = (1440, 900), 128
-_SPEED = 1.3  # m/s: the worn drive has 1.2
+PAGE, REPORT = ROOT / "docs" / "page.png", ROOT / "docs" / "pictures" / "report.png"
+_COLOURS, _SPEED = 128, 1.3  # m/s: the worn drive has 1.2
+_LIMITS = """limits:
+  - {name: slow_closing, motion: closing, of: record, lower: {closing_speed: 1.3}}
+  - {name: long_closing, motion: closing, of: record, upper: {travel_time: 10.0}}
+  - {name: slow_opening, motion: opening, of: record, upper: {travel_time: 13.0}}
+"""
 
 
-def main() -> int:
-    """Open the page, click, and take the picture."""
+def show_page(browser: Browser, folder: Path) -> None:
+    """Open the page of the example, and set a limit."""
     command = [sys.executable, "-m", "breaker", "view", "--example", "--no-browser"]
-    with (
-        TemporaryDirectory() as name,
-        subprocess.Popen(command, stdout=subprocess.PIPE, text=True, cwd=name) as process,
-    ):
-        browser = Browser(Path(name), _SIZE)
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, cwd=folder) as process:
         try:
             browser.open(re.search(r"http://\S+", process.stdout.readline())[0])
             browser.find("#list:not(:has([data-unseen]))")
@@ -40,16 +41,41 @@ def main() -> int:
             browser.type('input[aria-label="least closing speed"]', f"{_SPEED}{TAB}")
             browser.find(".banner.fail")
             browser.find("body[data-complete]")
-            browser.picture(Path(name, "page.png"))
-            content = Path(name, "page.png").read_bytes()
+            browser.picture(folder / "picture.png")
+        finally:
+            process.terminate()
+
+
+def show_report(browser: Browser, folder: Path) -> None:
+    """Write a report of the example against limits, and open it."""
+    (folder / "limits.yaml").write_text(_LIMITS, encoding="utf-8")
+    new, old = "rack/visit_2026-03-02.csv", "rack/visit_2014-05-12.csv"
+    judged = ["--before", old, "--config", "my.yaml", "limits.yaml", "--output", "report.html"]
+    for command in (
+        ["example", "rack", "--visits"],
+        ["inspect", new, "--output", "my.yaml"],
+        ["report", new, *judged],
+    ):
+        subprocess.run([sys.executable, "-m", "breaker", *command], cwd=folder, check=True)
+    browser.open((folder / "report.html").as_uri())
+    browser.find("table")
+    browser.picture(folder / "picture.png")
+
+
+def draw(show: Callable, size: tuple[int, int], target: Path) -> None:
+    """Show something in a window of a size, in pixels, and keep the picture in few colours."""
+    with TemporaryDirectory() as name:
+        browser = Browser(Path(name), size)
+        try:
+            show(browser, Path(name))
+            content = Path(name, "picture.png").read_bytes()
         finally:
             browser.end()
-            process.terminate()
-    with Image.open(BytesIO(content)) as page:
-        page.convert("RGB").quantize(_COLOURS).save(PICTURE, optimize=True)
-    print(f"{PICTURE.name}: {PICTURE.stat().st_size / 1000:.0f} kB")
-    return 0
+    with Image.open(BytesIO(content)) as picture:
+        picture.convert("RGB").quantize(_COLOURS).save(target, optimize=True)
+    print(f"{target.name}: {target.stat().st_size / 1000:.0f} kB")
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    draw(show_page, (1440, 900), PAGE)
+    draw(show_report, (640, 1215), REPORT)

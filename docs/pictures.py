@@ -3,9 +3,10 @@
     python docs/pictures.py results    # take the data from the last run of the defaults, then draw
     python docs/pictures.py            # draw what was taken
 
-The data are in ``pictures.json``: the end of the simulated endurance test, and a comparison of two
-inspections of a simulated drive. ``pictures.sha256`` has a checksum of the data of each picture and
-of the module that draws it. A test compares these checksums, so that no picture is out of date.
+The data are in ``pictures.json``: the simulated endurance test, a comparison of two inspections,
+and a record of each motion. ``pictures.sha256`` has a checksum of the data of each picture and of
+the module that draws it. A test compares these checksums, so that no picture is out of date.
+``docs/page.py`` takes the pictures of the page and of a report in a browser.
 """
 
 import hashlib
@@ -28,40 +29,64 @@ from breaker.configuration.loading import defaults
 from breaker.diagnosis.inspection_change import InspectionChange
 from breaker.family.curve_file import write_curve
 from breaker.family.endurance import EnduranceTest
+from breaker.figures.life import changes
 from breaker.figures.reports import visits
 from breaker.figures.style import save
 from breaker.figures.verdict import verdict
 from breaker.model.parameters import MOTIONS, NAMES
 
 DOCS = Path(__file__).resolve().parent
+sys.path.insert(0, str(DOCS))
+from motion_marks import marked_motions, of_drive  # noqa: E402
+
 DATA = DOCS / "pictures.json"
 CHECKSUMS = DOCS / "pictures.sha256"
 TUTORIAL = DOCS / "tutorial"
+FIGURES = "src/breaker/figures"
 MODULES = {
-    "verdict.png": "verdict.py",
-    "visits.png": "reports.py",
-    "tutorial/record.png": "records.py",
-    "tutorial/answer.png": "records.py",
-    "tutorial/prior.png": "reports.py",
+    "verdict.png": f"{FIGURES}/verdict.py",
+    "pictures/motions.png": "docs/motion_marks.py",
+    "pictures/comparison.png": f"{FIGURES}/reports.py",
+    "pictures/evolution.png": f"{FIGURES}/life.py",
+    "tutorial/record.png": f"{FIGURES}/records.py",
+    "tutorial/answer.png": f"{FIGURES}/records.py",
+    "tutorial/prior.png": f"{FIGURES}/reports.py",
 }
-"""The module of ``breaker.figures`` that draws a picture."""
+"""The module that draws a picture."""
 
 _LIFE = ["value", "new"]
 _STANDING = ["state", "p_exceeded", "service_by", "recommended_since", "remaining", "certain"]
 _STANDING += ["crossed", "drive_state"]
+_CHANGE_POINTS = ["start", "earliest", "latest", "kind", "noticed", "certainty"]
 _TIMES, _RELEASE = 0.1 * np.arange(900), 15.0  # ms
 _NOISE, _SCATTER = 0.01, 0.002  # mm; of parameters from one operation to the next
 _CHANGES = {"f": 0.92, "gamma_a": 1.15}
 _RECORDS = 3
+_SHOWN = 60  # operations of a life in the picture of its evolution
 
 
 def of_run(results: Path) -> dict:
-    """Return the end of a life, as the figure of the verdict takes it."""
-    life = open_store(results / "life.zarr").isel(asked=[-1], operation=[-1])
+    """Return the end of a life, as the figure of the verdict takes it, and its evolution."""
+    life = open_store(results / "life.zarr")
     standing = open_store(results / "standing.zarr").isel(operation=[-1])
     words = json.loads((results / "verdict.json").read_text(encoding="utf-8"))
-    taken = {"life": _plain(life, _LIFE), "standing": _plain(standing, _STANDING)}
-    return taken | {"sentences": words["sentences"]}
+    end = life.isel(asked=[-1], operation=[-1])
+    taken = {"life": _plain(end, _LIFE), "standing": _plain(standing, _STANDING)}
+    taken |= {"sentences": words["sentences"]}
+    return {"verdict": taken, "evolution": _evolution(life, results)}
+
+
+def _evolution(life: xr.Dataset, results: Path) -> dict:
+    """Return changes since new at some operations, with the true ones."""
+    some = np.unique(np.linspace(0, life.sizes["asked"] - 1, _SHOWN).round().astype(int))
+    shown = life.isel(asked=some, operation=[0, -1])[["changed", "unchanged", *_CHANGE_POINTS]]
+    shown = shown.drop_vars(set(shown.coords) - {"asked", "parameter", "quantile"}).load()
+    truth = open_store(results / "rig" / "truth.zarr")
+    new = truth.value.sel(operation=slice(None, life.asked.values[0])).mean("operation")
+    true = (100.0 * (truth.value / new - 1.0)).sel(operation=shown.asked.values).drop_attrs()
+    shown["changed"], shown["unchanged"] = shown.changed.round(3), shown.unchanged.round(4)
+    shown.attrs = {name: life.attrs[name] for name in ("agreement", "family")}
+    return {"life": shown.to_dict(), "truth": true.round(3).load().to_dict()}
 
 
 def _plain(data: xr.Dataset, names: list[str]) -> dict:
@@ -69,24 +94,29 @@ def _plain(data: xr.Dataset, names: list[str]) -> dict:
     return data.drop_vars(set(data.data_vars) - {*names}).load().drop_attrs().to_dict()
 
 
-def of_visits() -> dict:
-    """Return what ``breaker compare`` finds of two visits to a drive whose truth is known."""
+def of_inspections() -> dict:
+    """Return the JSON of ``breaker compare`` for two inspections of a simulated drive."""
     settings = defaults()
     new = EnduranceTest.from_settings(simulated_test(settings), settings["seed"]).new
     worn = new.changed(**{name: new.value(name) * by for name, by in _CHANGES.items()})
     rng = generator(settings["seed"], "pictures", "visits")
     with TemporaryDirectory() as name:
         folder = Path(name)
-        for visit, drive in (("before", new), ("today", worn)):
+        for inspection, drive in (("before", new), ("today", worn)):
             for motion in MOTIONS:
-                (folder / visit / motion).mkdir(parents=True)
+                (folder / inspection / motion).mkdir(parents=True)
                 for operation in range(1, _RECORDS + 1):
                     factors = np.exp(_SCATTER * rng.standard_normal(len(NAMES)))
                     moved = drive.changed(**dict(zip(NAMES, drive.theta * factors, strict=True)))
                     travel = moved.travel(motion, _TIMES - _RELEASE)
                     travel = travel + _NOISE * rng.standard_normal(travel.shape)
-                    file = folder / visit / motion / f"op_{operation}.csv"
+                    file = folder / inspection / motion / f"op_{operation}.csv"
                     write_curve(file, _TIMES, travel, motion=motion, operation=operation)
+                    table = folder / inspection / "operations.csv"
+                    if not table.exists():
+                        table.write_text("file,operation,motion,phase\n", encoding="utf-8")
+                    with table.open("a", encoding="utf-8") as rows:
+                        rows.write(f"{motion}/{file.name},{operation},{motion},L1\n")
         command = [sys.executable, "-m", "breaker", "compare", "before", "--today", "today"]
         done = subprocess.run(
             [*command, "--json"], cwd=folder, check=True, stdout=subprocess.PIPE, text=True
@@ -97,9 +127,15 @@ def of_visits() -> dict:
 def drawn(data: dict) -> dict[str, Figure]:
     """Return the figures by name of their file."""
     life, standing = (xr.Dataset.from_dict(data["verdict"][name]) for name in ("life", "standing"))
+    evolution = data["evolution"]
+    truth = xr.DataArray.from_dict(evolution["truth"])
     return {
         "verdict.png": verdict(life, standing, data["verdict"]["sentences"]),
-        "visits.png": visits(TypeAdapter(InspectionChange).validate_python(data["visits"])),
+        "pictures/motions.png": marked_motions(data["motions"]),
+        "pictures/comparison.png": visits(
+            TypeAdapter(InspectionChange).validate_python(data["comparison"])
+        ),
+        "pictures/evolution.png": changes(xr.Dataset.from_dict(evolution["life"]), truth),
     }
 
 
@@ -112,10 +148,10 @@ def checksums() -> str:
     lines = []
     for name, module in MODULES.items():
         data = DATA.read_bytes()
-        if "/" in name:
+        if name.startswith("tutorial/"):
             (command,) = re.findall(rf"^breaker .* --plot {Path(name).name}$", page, re.M)
             data = command.encode()
-        code = (DOCS.parent / "src" / "breaker" / "figures" / module).read_bytes()
+        code = (DOCS.parent / module).read_bytes()
         lines.append(f"{hashlib.sha256(data + code).hexdigest()}  {name}\n")
     return "".join(lines)
 
@@ -123,8 +159,8 @@ def checksums() -> str:
 def main() -> int:
     """Take the data, if a run is named, and draw."""
     if sys.argv[1:]:
-        data = {"verdict": of_run(Path(sys.argv[1])), "visits": of_visits()}
-        DATA.write_text(json.dumps(data, indent=1) + "\n", encoding="utf-8")
+        data = of_run(Path(sys.argv[1])) | {"comparison": of_inspections(), "motions": of_drive()}
+        DATA.write_text(json.dumps(data) + "\n", encoding="utf-8")
     for name, figure in drawn(json.loads(DATA.read_text(encoding="utf-8"))).items():
         save(figure, DOCS / name)
         print(f"{name}: {(DOCS / name).stat().st_size / 1000:.0f} kB")

@@ -1,4 +1,4 @@
-"""Write the numbers of runs into README, model card and the pages beside this file.
+"""Write the numbers of runs into the README and the page on reproduction.
 
     python docs/restate.py
 
@@ -21,8 +21,7 @@ from pathlib import Path
 
 DOCS = Path(__file__).resolve().parent
 README = DOCS.parent / "README.md"
-# Pages that state numbers of `make all`; the others name the command that gives their numbers.
-PAGES = (README, *map(DOCS.joinpath, ("method.md", "reproduce.md", "evidence.md", "decisions.md")))
+PAGES = (README, DOCS / "research" / "reproduce.md")
 
 _MARKED = re.compile(r"<!-- numbers:(?P<names>[^>]*?)-->\n(?P<block>.+?)(?=\n\s*\n|\n?\Z)", re.S)
 _NUMBER = re.compile(r"(?<![\w.−-])[−-]?\d+(?:,\d{3})*(?:\.\d+)?(?!\w)")

@@ -8,10 +8,10 @@ the configuration.
 import hashlib
 import re
 import shutil
+import subprocess
 import sys
 from collections.abc import Mapping, Sequence
 from itertools import product
-from math import isfinite
 from pathlib import Path
 from typing import Any
 
@@ -21,14 +21,11 @@ from breaker.common.tensor_file import ModelFileError, open_model
 from breaker.configuration.definitions import family_of
 from breaker.configuration.loading import ConfigurationError, load
 from breaker.family.network_files import differing, header_of
-from breaker.family.networks import EFFECTS
-from breaker.model.parameters import NAMES
 from breaker.shipped import CARD, FAMILIES, KINDS, model_file
 
 __all__ = ["described", "unfit"]
 
 RESULTS = Path("results/family/trained")
-PAGE = Path("docs/evidence.md")
 
 
 def unfit(model: Path, config: Mapping[str, Any], kind: str) -> list[str]:
@@ -43,7 +40,7 @@ def unfit(model: Path, config: Mapping[str, Any], kind: str) -> list[str]:
 def described(text: str) -> str:
     """Return the model card with its table of the files that ship."""
     rows = [
-        "| file | drives | steps | 90 % intervals hold | calibrated outputs | bytes | SHA-256 |",
+        "| file | drives | steps | coverage of 90 % intervals | uniform ranks | bytes | SHA-256 |",
         "|---|---|---|---|---|---|---|",
     ]
     for family, kind in product(FAMILIES, KINDS):
@@ -57,28 +54,6 @@ def described(text: str) -> str:
         row = f"{file.name} | {drives:,} | {steps:,} | {good} | {len(content):,} | {checksum}"
         rows.append(f"| {row} |")
     return _put(text, "files", rows)
-
-
-def judged(text: str) -> str:
-    """Return the page on evidence with its tables of how good the networks are."""
-    for mark, kind, shown, names in (
-        ("levels", "levels", "contraction", NAMES),
-        ("changes", "changes", "rms_error", NAMES),
-        ("mechanisms", "levels", "contraction", tuple(EFFECTS)),
-    ):
-        rows = [f"| {mark} | {' | '.join(names)} | 90 % hold | calibrated |"]
-        rows.append("|---|" + "---|" * (len(names) + 2))
-        for family in FAMILIES:
-            of = _quality(family, kind).set_index(["output", "motions"])
-            for motions in of.index.unique("motions"):
-                here = of.xs(motions, level="motions")
-                told = here.index.isin([*EFFECTS])
-                numbers = [here[shown][name] for name in names]
-                cells = [f"{each:.2f}" if isfinite(each) else "–" for each in numbers]
-                some = here[told if mark == "mechanisms" else ~told]
-                rows.append(f"| {family}, {motions} | {' | '.join(cells)} | {_coverage(some)} |")
-        text = _put(text, mark, rows)
-    return text
 
 
 def _quality(family: str, kind: str) -> pd.DataFrame:
@@ -117,7 +92,7 @@ def main(overlays: Sequence[str]) -> int:
         shutil.copyfile(file, model_file(family, kind))
     shutil.copyfile(RESULTS / "quality.csv", Path("docs") / f"family_{family}.csv")
     CARD.write_text(described(CARD.read_text(encoding="utf-8")), encoding="utf-8")
-    PAGE.write_text(judged(PAGE.read_text(encoding="utf-8")), encoding="utf-8")
+    subprocess.run([sys.executable, "docs/tables.py"], check=True)
     print(f"shipped in {CARD.parent}")
     return 0
 

@@ -20,8 +20,8 @@ _EXAMPLE = re.compile(r'^( *)>>> .*(?:\n(?!\1""")\1\S.*)*', re.MULTILINE)
 _API = """\
 # API
 
-Modules of the package, by their room. [The library](../docs/library.md) shows the way in, [the
-map](../docs/development.md#the-map) what each room holds.
+Modules of the package, by folder. [Extend](../docs/research/extend.md) shows the way in, [the
+map](../docs/development.md#the-map) what each folder contains.
 
 """
 

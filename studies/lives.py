@@ -62,7 +62,7 @@ from breaker.records.measurements import Measured, measure_curve
 from breaker.shipped import HELD_BACK
 from studies.other_lives import Curves, OtherLife, records_of, truth_of
 from studies.sensors import Reading
-from studies.shared import append, write_table
+from studies.shared import append
 
 SEEDS = {"develop": 71, "calibrate": 72, "score": 73, "fresh": 75}
 SETS = {"family": 200, "foreign": 100, "steady": 200, "faults": 100, "other": 60}
@@ -658,18 +658,11 @@ def plans(*files: str) -> None:
     for row in data:
         some = holds[(left.set == row["set"]) & (left.name == row["limit"])]
         row |= {"90 % hold operations left": some.mean(), "of": len(some)}
-    found = pd.DataFrame(data)
-    found.to_csv(files[-1], index=False, float_format="%.3g")
-    heads = [f"{row['limit']}, {row['looked at']}" for row in data]
-    lines = [f"| {data[0]['set']} | {' | '.join(heads)} |", "|---|" + "---|" * len(heads)]
-    for score in found.columns[3:]:
-        cells = [f"{row[score]:.3g}" if score in row else "" for row in data]
-        lines.append(f"| {score} | {' | '.join(cells)} |")
-    write_table("evidence", "plans", lines, "lives")
+    pd.DataFrame(data).to_csv(files[-1], index=False, float_format="%.3g")
 
 
 def alarms(*files: str) -> None:
-    """Sum up what was told without cause; the last file is written, and the table in evidence."""
+    """Sum up false alarms; the last file is written."""
     rows, planning = pd.concat([pd.read_csv(file) for file in files[:-1]]), load()
     yearly = planning["planning"]["operations"] / planning["planning"]["years"]
     some, data = rows[rows.score == "alarm"], []
@@ -685,30 +678,22 @@ def alarms(*files: str) -> None:
             | {"at most (95 %)": most, "a year": rate * yearly / 1000.0}
             | {"a year, at most (95 %)": most * yearly / 1000.0}
         )
-    found = pd.DataFrame(data)
-    found.to_csv(files[-1], index=False, float_format="%.3g")
-    lines = [f"| {' | '.join(found)} |", "|---|" + "---|" * (len(found.columns) - 1)]
-    for row in found.itertuples(index=False):
-        cells = (f"{each:.2g}" if isinstance(each, float) else str(each) for each in row)
-        lines.append(f"| {' | '.join(cells)} |")
-    write_table("evidence", "alarms", lines, "lives")
+    pd.DataFrame(data).to_csv(files[-1], index=False, float_format="%.3g")
 
 
 def table(*files: str) -> None:
-    """Sum rows up; the last file is written, and the table of its name in docs/decisions.md."""
+    """Sum rows up; the last file is written."""
     rows = pd.concat([pd.read_csv(file) for file in files[:-1]])
     each = {name: summed(some) for name, some in rows.groupby("set")}
     sets = [name for name in SETS if name in each]
     scores = list(dict.fromkeys(score for name in sets for score in each[name]))
-    lines, data = [f"| | {' | '.join(sets)} |", "|---|" + "---|" * len(sets)], []
+    data = []
     for score in scores:
         cells = [each[name].get(score, Score(np.nan, 0)) for name in sets]
         data.append([score, *(number for cell in cells for number in cell)])
-        lines.append(f"| {score} | {' | '.join(map(str, cells))} |")
     of = ("", "_count", "_low", "_high")
     columns = ["score", *(f"{name}{part}" for name in sets for part in of)]
     pd.DataFrame(data, columns=columns).to_csv(files[-1], index=False, float_format="%.3g")
-    write_table("decisions", Path(files[-1]).stem, lines, "lives")
 
 
 if __name__ == "__main__":

@@ -1,7 +1,7 @@
 """Length of the arcing contact against the times that its resistance shows.
 
 ``python -m studies.resistance FILE`` reads openings of contacts of known length, finds when the
-main and the arcing contact separate, and prints the table of docs/resistance.md. FILE is a CSV with
+main and the arcing contact separate, and prints a table. FILE is a CSV with
 the columns remaining_length_mm, time_ms and resistance_mohm; source and licence are in the page.
 """
 

@@ -52,7 +52,8 @@ def integrate(theta, times, motion):
     touched = before.t_events[0].size > 0
     switching = before.t_events[0][0] if touched else np.inf
     first, second = (times > 0) & (times <= switching), times > switching
-    position[first] = before.sol(times[first])[0]
+    if first.any():
+        position[first] = before.sol(times[first])[0]
     if not touched:
         return position, switching, False
     state = before.y[:, -1].copy()

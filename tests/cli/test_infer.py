@@ -66,7 +66,7 @@ def test_both_motions_of_a_file_give_one_state_and_limits_are_judged(folder, cap
     assert (result["verdict"], opening["verdict"]) == ("fail", "pass")
     assert [remark["code"] for remark in result["remarks"]] == ["limits-of-change"]
     assert main(arguments) == 0
-    assert capsys.readouterr().out.startswith("FAIL: slow; ")
+    assert capsys.readouterr().out.startswith("FAIL: slow")
     (alone,) = answered(capsys, "both.csv", "--motion", "opening")["records"]
     assert alone["fit"]["motions"] == ["opening"]
     assert alone["quantities"]["stroke"] == opening["quantities"]["stroke"]

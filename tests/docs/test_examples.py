@@ -1,4 +1,4 @@
-"""The examples of the page on extensions: each through bank, training and validation."""
+"""The examples of the pages on research run."""
 
 import importlib.util
 import runpy
@@ -60,8 +60,15 @@ def test_an_example_is_simulated_trained_and_validated(name, monkeypatch):
         assert np.isfinite(exact.importance.log_evidence)
 
 
-@pytest.mark.parametrize("tool", ["sbi", "bayesflow"])
+@pytest.mark.parametrize("tool", ["sbi", "bayesflow", "pymc"])
 def test_another_tool_trains_on_the_simulator(tool):
     if importlib.util.find_spec(tool) is None:
         pytest.skip(f"{tool} is not installed")
     runpy.run_path(str(EXAMPLES / f"with_{tool}.py"))
+
+
+@pytest.mark.usefixtures("one_thread")
+def test_the_example_in_python_runs(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)  # no folder of the project is needed
+    runpy.run_path(str(EXAMPLES / "in_python.py"))
+    assert capsys.readouterr().out.endswith("False\n")

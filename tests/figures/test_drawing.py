@@ -1,6 +1,4 @@
-"""Every figure is drawn, and shows the numbers that it was given."""
-
-from types import SimpleNamespace
+"""Figures show the numbers that they were given; the workflow's own run draws every one."""
 
 import numpy as np
 import pytest
@@ -14,22 +12,19 @@ from breaker.diagnosis.explanations import Explanation
 from breaker.diagnosis.inspection_change import InspectionChange
 from breaker.family.curve_file import write_curve
 from breaker.family.endurance import EnduranceTest
-from breaker.figures import calibration, pairs, predictive, style, training
+from breaker.figures import calibration, pairs, style
 from breaker.figures.endurance import evolution
 from breaker.figures.exactness import exactness, identifiability
 from breaker.figures.life import (
-    changepoint,
     changes,
     coverage,
     health,
     remaining_life,
-    service_cost,
 )
 from breaker.figures.records import record
-from breaker.figures.reports import fitted_prior, visits
+from breaker.figures.reports import visits
 from breaker.figures.verdict import verdict
 from breaker.model.parameters import NAMES as PARAMETERS
-from breaker.model.prior import Prior
 from breaker.paper import validation
 from breaker.paper.calibration import judge_draws
 from breaker.paper.run_numbers import blocks_of, held
@@ -132,61 +127,6 @@ def test_a_posterior_wider_than_its_prior_is_in_sight():
     assert figure.axes[0].get_xlim()[0] <= found.lower.values.min() < 0.0
 
 
-# ---- training and predictions --------------------------------------------------------------------
-
-TIME = np.linspace(-2.0, 58.0, 31)
-
-
-def bands(count, dim):
-    rng = generator(5, "test", "curves")
-    travel = 14.0 / (1.0 + np.exp(-(TIME - 8.0) / 2.0)) * rng.uniform(0.9, 1.1, (count, 1))
-    noisy = travel + 0.1 * rng.standard_normal(travel.shape)
-    both = {"median": travel, "lower": travel - 0.2, "upper": travel + 0.3, "travel": noisy}
-    data = xr.Dataset({name: ((dim, "time"), each) for name, each in both.items()})
-    share = (dim, np.linspace(0.9, 1.0, count))
-    return data.assign_coords(time=TIME).assign(share_inside=share).assign_attrs(noise_sd=0.1)
-
-
-def test_predictions_are_drawn():
-    prior, measured = bands(50, "curve"), bands(3, "operation")
-    measured = measured.assign_coords(operation=[1, 50, 100])
-    check = validation.prior_check(prior.travel.values, measured.travel.values)
-    assert_drawn(predictive.prior_predictive(prior, check, measured, motion="opening"))
-    stages = bands(4, "stage").assign_coords(operation=("stage", [1, 101, 201, 301]))
-    stages["main_motion_end"] = "stage", 10.0 + np.arange(4)
-    stages["p_value"] = "stage", np.geomspace(0.4, 1e-5, 4)
-    stages["misfit"] = "stage", np.arange(4) == 3
-    assert_drawn(predictive.endurance_predictive(stages, motion="closing"))
-    simulated = bands(4, "curve").rename(travel="measured")
-    assert_drawn(predictive.posterior_predictive(simulated, motion="closing"))
-
-
-@pytest.mark.parametrize("solves", [True, False])
-def test_losses_are_drawn_at_their_steps(solves):
-    steps, at = np.arange(1, 401), np.arange(100, 401, 100)
-    history = xr.Dataset(
-        {
-            "training_loss": ("step", 0.3 + np.exp(-steps / 50)),
-            "learning_rate": ("step", 1e-3 * np.cos(steps / 400)),
-            "validation_loss": ("evaluation", 0.31 + np.exp(-at / 50)),
-            "evaluation_step": ("evaluation", at),
-        },
-        {"step": steps},
-        {"best_step": 200, "held_out_log_density": 3.42, "held_out_log_density_se": 0.05},
-    )
-    names = [f"{name}_difference" for name in ("mean", "max", "density")]
-    solver = xr.Dataset(
-        {name: ("solver_steps", [0.3, 0.1, 0.02]) for name in names},
-        {"solver_steps": [2, 4, 8]},
-        {"chosen_steps": 4, "chosen_density_steps": 8, "reference_steps": 64, "solves": 1},
-    )
-    solver = solver if solves else xr.Dataset(attrs={"solves": 0})
-    figure = training.loss(history, solver, motion="closing")
-    assert_drawn(figure)
-    (shown,) = (e for axis in figure.axes for e in axis.lines if e.get_label().startswith("valid"))
-    np.testing.assert_array_equal(shown.get_data(), [at, history.validation_loss])
-
-
 # ---- a life --------------------------------------------------------------------------------------
 
 
@@ -227,23 +167,6 @@ def test_coverage_counts_reports_before_the_failure():
     inside = (0.5 * (180 - asked) <= 150 - asked) & (150 - asked <= 1.5 * (180 - asked))
     assert 0.0 < inside.mean() < 1.0
     assert coverage(life, [150.0] * 2)[0] == pytest.approx(inside.mean())
-
-
-@pytest.mark.parametrize(("fails", "surely"), [((700.0, np.inf), 1), ((700.0, np.inf), 0)])
-def test_the_cost_of_a_service_is_drawn(fails, surely):
-    """Also where a limit may be exceeded already, however far away the cheapest operation is."""
-    life = a_life(fails, half=(0.01, 0.01))
-    life.remaining[-1, :, 0] *= surely
-    assert_drawn(service_cost(states_of(life, defaults()["planning"])))
-
-
-@pytest.mark.parametrize(
-    ("operations", "kinds"), [(200, ("rate", "step", "event", "rate")), (60, ())]
-)
-def test_change_points_are_drawn(operations, kinds):
-    life, _ = short_life(operations, kinds)
-    life["evidence"][50] = 5000.0
-    assert_drawn(changepoint(life))
 
 
 def test_evolution_shows_all_values():
@@ -293,20 +216,6 @@ def test_a_verdict_has_a_bar_where_the_state_is_known(value, new, drawn):
 # ---- one drive -----------------------------------------------------------------------------------
 
 
-def test_a_fitted_prior_has_the_medians_of_its_breakers():
-    middle = MEDIANS * np.exp(0.05 * np.arange(40))[:, None]
-    fitted = SimpleNamespace(
-        prior=Prior(1.1 * MEDIANS, np.full(7, 0.1)),
-        reference=Prior(MEDIANS, np.full(7, 0.1)),
-        names=[f"Q{i}" for i in range(40)],
-        drawn=SimpleNamespace(theta=middle[:, None] * np.linspace(0.9, 1.1, 3)[:, None]),
-    )
-    figure = fitted_prior(fitted)
-    assert_drawn(figure)
-    for k, axis in enumerate(figure.axes):
-        np.testing.assert_allclose(line_of(axis, style.MODEL).get_xdata(), middle[:, k])
-
-
 def row(name, change, changed, motion="", **more):
     about = {"name": name, "unit": "mm", "meaning": "a quantity", "motion": motion}
     about |= {"p_unchanged": 0.4, "p_worse": None, "changed": changed}
@@ -343,9 +252,9 @@ def test_two_inspections_are_drawn(estimated):
 
 
 @pytest.fixture(scope="module")
-def close_and_open(defaults):
+def close_and_open():
     """Close and open in one record, 100 ms apart: times, ms, and travel, mm."""
-    drive = EnduranceTest.from_settings(simulated_test(defaults), 1).new
+    drive = EnduranceTest.from_settings(simulated_test(defaults()), 1).new
     time = np.arange(0.0, 220.0, 0.1)
     closing, opening = drive.travel("closing", time - 20.0), drive.travel("opening", time - 120.0)
     travel = np.where(time < 120.0, closing, opening)

@@ -26,6 +26,7 @@ def draws(prior, n, *purpose):
 def test_integration_agrees(prior, sensor, motion):
     """60 prior draws with onsets. The reference is good to 1e-9."""
     theta, onset = draws(prior, 60, "integration")
+    onset[:10] *= 10  # so that some start before the record, and some late
     result = travel(theta, sensor.times, motion, onset=onset)
     expected = [
         integrate(row, sensor.times - start, motion)
@@ -72,19 +73,6 @@ def test_bytes_depend_on_nothing_but_the_row(prior, sensor, motion, monkeypatch)
         assert all(a.tobytes() == b[[k]].tobytes() for a, b in zip(alone, whole, strict=True))
     for other in results:
         assert all(a.tobytes() == b.tobytes() for a, b in zip(other, whole, strict=True))
-
-
-@pytest.mark.parametrize("motion", MOTIONS)
-def test_onset_shifts_the_motion(prior, sensor, motion):
-    theta, onset = draws(prior, 20, "onset")
-    onset *= 10  # so that some start before the record, and some late
-    result = travel(theta, sensor.times, motion, onset=onset)
-    for k, start in enumerate(onset):
-        shifted = travel(theta[[k]], sensor.times - start, motion)
-        np.testing.assert_allclose(result.travel[k], shifted.travel[0], rtol=0, atol=1e-12)
-        assert result.switching[k] == pytest.approx(shifted.switching[0], abs=1e-12)
-        rests = sensor.times <= start
-        assert np.all(result.travel[k, rests] == rest_position(theta[k], motion))
 
 
 def test_rest_positions(prior):
@@ -206,13 +194,13 @@ def test_reopening_is_where_the_force_falls_to_zero(prior, sensor):
 # ---- what is refused -------------------------------------------------------------------------
 
 
-@pytest.fixture
+@pytest.fixture(autouse=True)
 def small_blocks(monkeypatch):
     monkeypatch.setattr(curves, "_ROWS", 8)
 
 
 @pytest.mark.parametrize("wrong", [np.nan, np.inf, 0.0, -1.0])
-def test_impossible_parameters_are_refused_by_name(small_blocks, prior, sensor, wrong):
+def test_impossible_parameters_are_refused_by_name(prior, sensor, wrong):
     theta = draws(prior, 30, "refused")[0]
     theta[19, NAMES.index("k_b")] = theta[29, NAMES.index("f")] = wrong
     with pytest.raises(ValueError, match=rf"2 of 30 .* k_b = {wrong} in row 19"):
@@ -231,7 +219,7 @@ def test_impossible_parameters_are_refused_by_name(small_blocks, prior, sensor, 
         ({"motion": "close"}, r"unknown motion 'close'.*closing, opening"),
     ],
 )
-def test_wrong_arguments_are_refused(small_blocks, prior, sensor, change, message):
+def test_wrong_arguments_are_refused(prior, sensor, change, message):
     theta = draws(prior, 30, "refused")[0]
     usual = {"theta": theta, "times": sensor.times, "motion": "closing", "onset": 0.0}
     with pytest.raises(ValueError, match=message):
@@ -241,7 +229,7 @@ def test_wrong_arguments_are_refused(small_blocks, prior, sensor, change, messag
 
 
 @pytest.mark.parametrize(("k_b", "onset"), [(1e20, 0.0), (1e308, 0.0), (0.04, -1e9)])
-def test_drives_that_are_too_fast_are_refused_by_row(small_blocks, prior, sensor, k_b, onset):
+def test_drives_that_are_too_fast_are_refused_by_row(prior, sensor, k_b, onset):
     """A motion long before the record counts as well."""
     theta, onsets = draws(prior, 30, "refused")[0], np.zeros(30)
     check(theta, sensor.times, "closing", onsets)

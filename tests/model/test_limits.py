@@ -27,9 +27,8 @@ def test_parts_and_words():
         late.evaluate(np.ones((1, 7)))
 
 
-@pytest.mark.parametrize(
-    ("parts", "of"),
-    [
+def test_limits_that_cannot_be_are_refused():
+    for parts, of in (
         ((), "model"),
         ((("speed", 1.0, False),), "model"),
         ((("f", 0.8, True), ("f", 0.7, False)), "model"),
@@ -38,16 +37,10 @@ def test_parts_and_words():
         ((("separation_time", 1.0, True),), "record"),
         ((("stroke", 1.0, True),), "file"),
         ((("stroke", 1.0, True),), "change"),
-    ],
-)
-def test_parts_that_cannot_be_a_limit_are_refused(parts, of):
-    with pytest.raises(ValueError, match=r"^worn: "):
-        Limit("worn", "closing", parts, of=of)
-
-
-@pytest.mark.parametrize(
-    "entry",
-    [
+    ):
+        with pytest.raises(ValueError, match=r"^worn: "):
+            Limit("worn", "closing", parts, of=of)
+    for entry in (
         {"quantity": "stroke", "reference": 178},
         {"quantity": "stroke", "reference": 1, "tolerance": 1, "upper": {"stroke": 2}},
         {"quantity": "stroke", "reference": 0, "tolerance": "3 %"},
@@ -57,11 +50,9 @@ def test_parts_that_cannot_be_a_limit_are_refused(parts, of):
         {"motion": "closing", "upper": {"stroke": 3}},
         {"name": "a", "upper": {"stroke": 3}},
         {"name": "a", "motion": "closing", "upper": {"stroke": "3 %"}},
-    ],
-)
-def test_entries_that_cannot_be_a_limit_are_refused(entry):
-    with pytest.raises(ValueError, match=r"stroke|way|name|a: "):
-        from_list([entry], BOTH)
+    ):
+        with pytest.raises(ValueError, match=r"stroke|way|name|a: "):
+            from_list([entry], BOTH)
 
 
 def test_excess_and_exceeded():
@@ -87,28 +78,19 @@ def test_probability_of_measured_values():
 
 
 @pytest.mark.parametrize(
-    ("entry", "bounds", "of"),
+    ("quantity", "reference", "tolerance", "more", "bounds", "of"),
     [
-        ({"quantity": "stroke", "reference": 178, "tolerance": 5}, [183, 173] * 2, "record"),
-        (
-            {"quantity": "closing_speed", "reference": 4.0, "tolerance": "± 2.5 %"},
-            [4.1, 3.9],
-            "record",
-        ),
-        (
-            {"quantity": "L", "motion": "opening", "reference": 10, "tolerance": "+-10%"},
-            [11, 9],
-            "model",
-        ),
-        (
-            {"quantity": "f", "of": "change", "reference": 0, "tolerance": "15 %"},
-            [15, -15],
-            "change",
-        ),
+        ("stroke", 178, 5, {}, [183, 173] * 2, "record"),
+        ("closing_speed", 4.0, "± 2.5 %", {}, [4.1, 3.9], "record"),
+        ("L", 10, "+-10%", {"motion": "opening"}, [11, 9], "model"),
+        ("f", 0, "15 %", {"of": "change"}, [15, -15], "change"),
     ],
 )
-def test_a_reference_is_two_limits_in_each_motion_that_has_the_quantity(entry, bounds, of):
-    limits = from_list([entry | {"name": "own"}], BOTH)
+def test_a_reference_is_two_limits_in_each_motion_that_has_the_quantity(
+    quantity, reference, tolerance, more, bounds, of
+):
+    entry = {"name": "own", "quantity": quantity, "reference": reference, "tolerance": tolerance}
+    limits = from_list([entry | more], BOTH)
     assert [limit.parts[0][1] for limit in limits] == pytest.approx(bounds)
     assert [limit.parts[0][2] for limit in limits] == [True, False] * (len(bounds) // 2)
     assert {limit.of for limit in limits} == {of}

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import torch
+from torch.nn import functional
 
 from breaker.networks.summary import OwnNetwork, TimeSeriesNetwork, build
 from tests.networks_fixtures import (
@@ -12,7 +13,6 @@ from tests.networks_fixtures import (
     gradients_of,
     perturb,
     residual_by_hand,
-    silu,
 )
 
 # No two sizes alike, so that no axis can pass for another. The convolutions leave 8 steps, of
@@ -42,59 +42,23 @@ def records():
     return np.random.default_rng(1).standard_normal((6, SAMPLES))
 
 
-def sigmoid(x):
-    return 1.0 / (1.0 + np.exp(-x))
-
-
-def convolved(series, weight, bias, stride):
-    """Sums over channels and taps, ``(channels in, t) -> (channels out, steps)``."""
-    channels_out, channels_in, kernel = weight.shape
-    steps = (series.shape[1] - kernel) // stride + 1
-    out = np.zeros((channels_out, steps))
-    for c in range(channels_out):
-        for k in range(steps):
-            out[c, k] = bias[c]
-            for j in range(channels_in):
-                for tap in range(kernel):
-                    out[c, k] += weight[c, j, tap] * series[j, k * stride + tap]
-    return out
-
-
-def gru_cell(x, h, w):
-    """One step of a gated recurrent unit (Cho et al. 2014; gates in the order r, z, n)."""
-    w_r, w_z, w_n = np.split(w["weight_ih_l0"], 3)
-    u_r, u_z, u_n = np.split(w["weight_hh_l0"], 3)
-    b_r, b_z, b_n = np.split(w["bias_ih_l0"], 3)
-    c_r, c_z, c_n = np.split(w["bias_hh_l0"], 3)
-    r = sigmoid(w_r @ x + b_r + u_r @ h + c_r)
-    z = sigmoid(w_z @ x + b_z + u_z @ h + c_z)
-    n = np.tanh(w_n @ x + b_n + r * (u_n @ h + c_n))
-    return (1.0 - z) * n + z * h
-
-
-def gru_by_hand(steps, w):
-    """Last state of a GRU over ``(steps, channels)``."""
-    h = np.zeros(w["weight_hh_l0"].shape[1])
-    for x in steps:
-        h = gru_cell(x, h, w)
-    return h
-
-
-def skip_gru_by_hand(steps, skip, w):
-    """States of the last ``skip`` steps, where a state follows from that ``skip`` steps before."""
-    start = len(steps) % skip
-    states = {}
-    for k in range(start, len(steps)):
-        before = states.get(k - skip, np.zeros(w["weight_hh_l0"].shape[1]))
-        states[k] = gru_cell(steps[k], before, w)
-    return np.concatenate([states[k] for k in range(len(steps) - skip, len(steps))])
-
-
 def steps_by_hand(series, network):
     """What the convolutions make of one scaled series, ``(steps, channels)``."""
-    w = arrays(network.convolutions)
-    first = silu(convolved(series[None], w["0.weight"], w["0.bias"], SIZES["strides"][0]))
-    return silu(convolved(first, w["2.weight"], w["2.bias"], SIZES["strides"][1])).T
+    w, x = network.convolutions.state_dict(), torch.from_numpy(series)[None]
+    for layer, stride in zip("02", SIZES["strides"], strict=True):
+        x = functional.conv1d(x, w[f"{layer}.weight"], w[f"{layer}.bias"], stride=stride)
+        x = functional.silu(x)
+    return x.T
+
+
+def gru_by_hand(steps, gru, skip):
+    """States of the last ``skip`` steps, where a state follows from that ``skip`` steps before."""
+    cell = torch.nn.GRUCell(gru.input_size, gru.hidden_size).double()
+    cell.load_state_dict({name.removesuffix("_l0"): w for name, w in gru.state_dict().items()})
+    states = [torch.zeros(1, gru.hidden_size).double()] * skip
+    for step in steps[len(steps) % skip :]:
+        states.append(cell(step[None], states[-skip]))
+    return torch.cat(states[-skip:]).detach().numpy().ravel()
 
 
 def network_by_hand(record, network):
@@ -103,8 +67,8 @@ def network_by_hand(record, network):
     steps = steps_by_hand(centred / w["scale"], network)
     parts = [
         w["highway.weight"] @ centred + w["highway.bias"],
-        gru_by_hand(steps, arrays(network.gru)),
-        skip_gru_by_hand(steps, SIZES["skip"], arrays(network.skip_gru)),
+        gru_by_hand(steps, network.gru, 1),
+        gru_by_hand(steps, network.skip_gru, SIZES["skip"]),
     ]
     return residual_by_hand(np.concatenate(parts), network.join, SIZES["blocks"])
 

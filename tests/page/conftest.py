@@ -15,7 +15,7 @@ import pytest
 from breaker.cli.view import commands
 from breaker.page.server import HOST, PageServer
 from breaker.page.session import Session
-from breaker.page.views import VIEWS, Asked
+from breaker.page.views import VIEWS, Asked, File
 from tests.exports import pole, write
 
 ODD = "Coil <b>&\"' (A)"
@@ -36,9 +36,10 @@ class Views:
         request = SimpleNamespace(body=body, files={"file": parts})
         asked = Asked(self.session, rest, parse_qs(query, keep_blank_values=True), request)
         try:
-            answer = VIEWS["GET" if body is None else "POST", name].find(asked).content
+            answer = VIEWS["GET" if body is None else "POST", name](asked)
         except (ValueError, OSError) as error:
             return getattr(error, "status", REFUSED)
+        answer = answer.content if isinstance(answer, File) else answer
         return json.loads(json.dumps(answer)) if isinstance(answer, dict) else answer
 
     def set(self, of_type, key, *ends):

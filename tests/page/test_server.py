@@ -12,9 +12,10 @@ import pytest
 
 from breaker.cli import main
 from breaker.page.server import HOST, POLICY, PageServer
-from tests.page.conftest import REFUSED, Page, Views, line
+from tests.page.conftest import Page, Views, line
 
 LINE = "file=line.csv"
+LIMIT = '{"type": "T", "key": "limits.closing stroke", "ends": ["1", "2"]}'
 PAGES = ("/", f"/inspection?{LINE}", f"/values?{LINE}", f"/curves?{LINE}&tab=0", "/static/page.js")
 
 
@@ -37,16 +38,16 @@ def test_nobody_else_is_answered_and_nothing_is_loaded_from_elsewhere(opened):
     assert {"HttpOnly", "SameSite=Strict"} <= {*right.headers["Set-Cookie"].split("; ")}
 
 
-def test_nothing_is_changed_for_another_page_or_by_another_method(opened, tmp_path):
-    page, _ = opened()
+def test_nothing_is_changed_for_another_page_or_by_another_method(opened):
+    page, folder = opened()
     crossed = {"Origin": page.origin, "Sec_Fetch_Site": "cross-site"}
     for headers in ({}, {"Origin": "http://evil.example"}, crossed):
-        assert page.get(f"/save?{LINE}", "POST", str(tmp_path / "a"), **headers).status == 403
-    for path in (f"/save?{LINE}", "/static/..%2f__init__.py", "/none"):
+        assert page.get("/set", "POST", LIMIT, **headers).status == 403
+    for path in ("/set", "/static/..%2f__init__.py", "/none"):
         assert page.get(path).status == 404
     assert page.post("/", "").status == 404
     assert page.get("/", "DELETE", Origin=page.origin).status == 405
-    assert not [*tmp_path.iterdir()]
+    assert not [*folder.parent.glob("types.yaml")]
 
 
 def test_files_are_dropped_up_to_a_bound(opened):
@@ -64,7 +65,7 @@ def test_files_are_dropped_up_to_a_bound(opened):
 def test_what_changes_or_goes_while_it_is_shown_is_said(opened):
     page, folder = opened()
     query = unescape(re.search(r'data-query="(.*?)"', page.get(PAGES[1]).text)[1])
-    asked = [f"/{n}?{query}&tab=0" for n in ("curves", "values", "model", "sheet/sheet.html")]
+    asked = [f"/{n}?{query}&tab=0" for n in ("curves", "values", "model", "sheet")]
     assert {page.get(each).status for each in asked} == {200}
     line(folder / "line.csv", spike=20.0)
     assert {page.get(each).status for each in asked} == {409}
@@ -88,21 +89,19 @@ def test_records_are_never_changed_and_windows_do_not_disturb_each_other(opened)
         return [(file, file.stat().st_mtime_ns, file.read_bytes()) for file in folder.iterdir()]
 
     plain, before = page.get(PAGES[2]).text, state()
-    for path in (*PAGES, "/?look=1", f"/sheet/sheet.html?{LINE}", f"{PAGES[1]}&set.zero=rest"):
+    for path in (*PAGES, "/?look=1", f"/sheet?{LINE}", f"{PAGES[1]}&set.zero=rest"):
         assert page.get(path).status == 200
     assert page.get(f"{PAGES[2]}&set.sign=-1").text != plain == page.get(PAGES[2]).text
-    for name in ("line.csv", "none/a.yaml"):
-        assert page.post(f"/save?{LINE}", str(folder / name)).status == REFUSED
     assert state() == before
 
 
-def test_what_is_being_written_is_written_though_the_browser_is_closed(opened, tmp_path):
-    page, _ = opened()
-    target = tmp_path / "left.yaml"
+def test_what_is_being_written_is_written_though_the_browser_is_closed(opened):
+    page, folder = opened()
+    target = folder.parent / "types.yaml"
     with socket.create_connection((HOST, page.port)) as browser:
-        head = f"POST /save?{LINE} HTTP/1.1\r\nHost: {HOST}:{page.port}\r\nOrigin: {page.origin}"
-        head += f"\r\nCookie: {page.cookie}\r\nContent-Length: {len(str(target))}\r\n\r\n"
-        browser.sendall(f"{head}{target}".encode())
+        head = f"POST /set HTTP/1.1\r\nHost: {HOST}:{page.port}\r\nOrigin: {page.origin}"
+        head += f"\r\nCookie: {page.cookie}\r\nContent-Length: {len(LIMIT)}\r\n\r\n"
+        browser.sendall(f"{head}{LIMIT}".encode())
     end = time.monotonic() + 30
     while not target.exists():
         assert time.monotonic() < end
@@ -131,8 +130,8 @@ def test_the_example_leads_to_a_sheet_and_no_request_leaves_the_machine(folder, 
     ):
         page = Page(process.stdout.readline())
         assert "data-trouble" in page.get("/inspection?file=unknown.txt").text
-        more = ("model", "verdict", "sheet/sheet.html", "inspection")
-        for path in ("/", "/?look=1", "/static/bokeh.min.js", *(f"/{n}?{read}" for n in more)):
+        more = ("model", "verdict", "sheet", "inspection")
+        for path in ("/", "/?look=1", "/static/plot.js", *(f"/{n}?{read}" for n in more)):
             assert page.get(path).status == 200
         process.terminate()
         assert process.wait(60) == 128 + 15

@@ -7,8 +7,6 @@ from urllib.parse import urlencode
 import numpy as np
 import pytest
 import yaml
-from bokeh.document import Document
-from bokeh.models import ColumnDataSource
 
 from breaker.cli import main
 from tests.exports import record
@@ -19,8 +17,13 @@ LINE, TODAY, STROKE = "file=line.csv", "file=today.csv", "limits.closing stroke"
 
 def curves(ask, query):
     """Data of the curves of a tab by name."""
-    found = Document.from_json(ask(f"/curves?{query}")["doc"])
-    return {each.name: each.data for each in found.select({"type": ColumnDataSource})}
+    found = [curve for panel in ask(f"/curves?{query}")["panels"] for curve in panel["curves"]]
+    return {
+        f"{curve['phase']} {curve['name']}": {
+            axis: np.array(curve[axis], dtype=float) for axis in "xy"
+        }
+        for curve in found
+    }
 
 
 def value(ask, query, name):
@@ -118,7 +121,7 @@ def test_a_motion_has_a_tab_with_all_phases_as_the_file_has_them(ask):
             assert {f"{phase} velocity", f"{phase} contact"} <= {*found}
             travel = found[f"{phase} travel"]
             there = columns[f"Travel {k + 1} (mm)"][np.rint(5.0 * travel["x"]).astype(int)]
-            assert travel["y"] == pytest.approx(there, abs=1e-6, nan_ok=True)
+            assert travel["y"] == pytest.approx(there, abs=1e-4, nan_ok=True)
     assert ask(f"/curves?{TODAY}&tab=2") == 404
 
 
@@ -131,9 +134,10 @@ def test_planted_values_are_measured_and_shown_where_they_are(ask):
     for name, expected in planted.items():
         measured, _, ends = value(ask, LINE, name)
         assert (measured, *ends) == pytest.approx(expected, rel=2e-3)
-    marks = ask(f"/values?{LINE}")["marks"][0]["marks"]
-    at = marks["name"].index("first motion")
-    assert (marks["x"][at], marks["y"][at]) == pytest.approx((49.0, 0.0), abs=1.5)
+    marks = {mark["name"]: mark for mark in ask(f"/values?{LINE}")["marks"][0]}
+    assert [*marks["first motion"]["x"], *marks["first motion"]["y"]] == pytest.approx(
+        [49.0, 0.0], abs=1.5
+    )
 
 
 def test_the_inspection_before_and_a_reference_lie_over_it_at_half_of_the_travel(ask, folder):
@@ -195,25 +199,20 @@ def test_dropped_files_have_a_bound_and_are_kept_apart_and_data_alone_say_what_t
     assert not [*tmp_path.rglob("more.csv")]
 
 
-@pytest.mark.parametrize("ending", ["html", "pdf"])
-def test_a_sheet_and_its_verdict_are_those_of_the_command_with_the_settings_that_are_saved(
-    ask, folder, tmp_path, weasyprint, capsys, ending
+def test_a_sheet_and_its_verdict_are_those_of_the_command_with_the_lines_that_are_shown(
+    ask, folder, tmp_path, capsys
 ):
     ask.set("LTB 420", STROKE, "100", "170")
     query = "file=one.csv&before=old.csv&same=1&set.zero=rest"
-    settings, output = tmp_path / "my.yaml", tmp_path / f"sheet.{ending}"
-    ask(f"/save?{query}", str(settings).encode())
+    settings, output = tmp_path / "my.yaml", tmp_path / "sheet.html"
+    lines = re.search('<pre id="lines">(.*?)</pre>', ask(f"/inspection?{query}"), re.S)[1]
+    settings.write_text(unescape(lines))
     named, before = (str(folder / "curves" / name) for name in ("one.csv", "old.csv"))
     words = [named, "--before", before, "--same-transducer", "--output", str(output)]
     assert main(["report", *words, "--config", str(folder / "few.yaml"), str(settings)]) == 0
-    assert ask(f"/sheet/sheet.{ending}?{query}") == output.read_bytes()
+    assert ask(f"/sheet?{query}") == output.read_text(encoding="utf-8")
     assert capsys.readouterr().out.startswith("FAIL")
     assert ask(f"/verdict?{query}")["verdict"] == "fail"
-    assert ask(f"/save?{query}", str(settings).encode()) == REFUSED  # a user's lines stay
-
-
-def test_without_weasyprint_a_pdf_is_refused(ask, no_weasyprint):
-    assert ask(f"/sheet/sheet.pdf?{LINE}") == REFUSED
 
 
 def test_names_and_texts_of_files_are_escaped_everywhere(ask):
@@ -221,7 +220,7 @@ def test_names_and_texts_of_files_are_escaped_everywhere(ask):
     listed, typed = ask.listed(), f"{LINE}&type=%3Cb%3ET"
     (hostile,) = re.findall(r'data-query="(\S*img\S*)"', listed)
     pages = [listed, *(ask(f"/inspection?{each}") for each in (unescape(hostile), TODAY, typed))]
-    pages += ask(f"/values?{TODAY}&model=1")["parts"].values()
+    pages += ask(f"/model?{TODAY}")["parts"].values()
     pages += ask(f"/values?{typed}")["parts"].values()
     assert ("Coil &lt;b&gt;" in pages[2], "&lt;b&gt;T" in pages[3]) == (True, True)
     for raw in ("<img src=x", "<script>alert", "<b>", ODD):

@@ -29,24 +29,19 @@ def posteriors(names=NAMES, curves=CURVES):
     """Amortised and corrected draws of simulated curves, in files' layout."""
     rng = generator(21, "test", "exactness")
     truth = rng.standard_normal((curves, len(names)))
-    found = []
-    for width in (0.30, 0.25):
-        z = truth[:, None] + width * rng.standard_normal((curves, DRAWS, len(names)))
-        found.append(z)
     log = np.array([name != "onset" for name in names])
-    amortised, corrected, truth = (np.where(log, np.exp(each), each) for each in (*found, truth))
-    rounds = 1 + (np.arange(curves) % 5 == 0) + (np.arange(curves) % 10 == 0)
-    both = [
-        xr.Dataset(
-            {"draws": (("curve", "draw", "output"), each), "truth": (("curve", "output"), truth)},
-            {"output": list(names)},
-        )
-        for each in (amortised, corrected)
-    ]
-    return both[0], both[1].assign(
+
+    def drawn(width):
+        z = truth[:, None] + width * rng.standard_normal((curves, DRAWS, len(names)))
+        values = {"draws": (("curve", "draw", "output"), np.where(log, np.exp(z), z))}
+        values["truth"] = ("curve", "output"), np.where(log, np.exp(truth), truth)
+        return xr.Dataset(values, {"output": list(names)})
+
+    amortised, corrected = drawn(0.30), drawn(0.25)
+    return amortised, corrected.assign(
         efficiency=("curve", rng.uniform(0.4, 0.7, curves)),
         pareto_k=("curve", rng.normal(0.2, 0.1, curves)),
-        rounds=("curve", rounds),
+        rounds=("curve", 1 + (np.arange(curves) % 5 == 0)),
         resolved=("curve", np.ones(curves, dtype=bool)),
     )
 
@@ -70,11 +65,6 @@ def judgement(corrected, curves=JUDGED):
 def contractions(names=NAMES, shift=0.0):
     """Contraction of the limit, and of amortised and corrected posteriors, around set means."""
     rng = generator(23, "test", "identifiability")
-    centre = np.array([0.4, 0.87, 0.6, 0.95, 0.85, 0.88, 0.3, 0.93])[: len(names)]
-    sizes = {"limit": 200, "amortised": 50, "corrected": 48, "drive": 20}
-    found = {
-        name: centre - shift + 0.04 * rng.uniform(-1, 1, (n, len(names)))
-        for name, n in sizes.items()
-    }
-    found["drive"][:, 0] += 0.5  # this drive is known where the prior decides on average
-    return found
+    centre = np.array([0.4, 0.87, 0.6, 0.95, 0.85, 0.88, 0.3, 0.93])[: len(names)] - shift
+    sizes = {"limit": 200, "amortised": 50, "corrected": 48}
+    return {name: centre + 0.04 * rng.uniform(-1, 1, (n, len(names))) for name, n in sizes.items()}

@@ -56,7 +56,7 @@ def test_reached_is_sorted_by_the_limit():
     assert found.output.values.tolist() == order
     known = ["known from this motion"] * 5 + ["partly known"] + ["the prior decides"] * 2
     assert found.known.values.tolist() == known
-    assert found.curves.values.tolist() == [200, 50, 48, 20]
+    assert found.curves.values.tolist() == [200, 50, 48]
     for source, each in values.items():
         for name in NAMES:
             one, column = found.sel(source=source, output=name), each[:, NAMES.index(name)]

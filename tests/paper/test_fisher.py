@@ -53,17 +53,8 @@ def test_limit_in_plain_matrices(prior, sensor, motion, changes):
         np.testing.assert_allclose(found @ found.T, fisher, rtol=1e-4, atol=1e-3)
         expected = 1 - np.diag(np.linalg.inv(fisher + np.eye(q)))
         np.testing.assert_allclose(limit, expected, rtol=0, atol=1e-5)
-
-
-@pytest.mark.parametrize("changes", [{}, PAPER], ids=["default", "paper"])
-def test_limit_over_the_prior(prior, sensor, changes):
-    """At draws of parameters and onsets, in this order."""
-    model = model_of(prior, sensor, "opening", **changes)
-    limit = limit_over_prior(model, 20, generator(1, "test", "limit"))
-    rng = generator(1, "test", "limit")
-    values = np.column_stack([prior.sample(20, rng), sensor.onset_sd * rng.standard_normal(20)])
-    expected = contraction_limit(model, values[:, : len(model.names)])
-    np.testing.assert_array_equal(limit.contraction, expected)
-    assert limit.contraction.dims == ("curve", "output")
-    assert limit.output.values.tolist() == [*NAMES, "onset"][: len(model.names)]
-    assert limit.attrs["motion"] == "opening"
+    over_prior = limit_over_prior(model, 10, generator(1, "test", "limit"))
+    theta, onset = model.sample(10, generator(1, "test", "limit"))
+    expected = contraction_limit(model, np.column_stack([theta, onset])[:, :q])
+    np.testing.assert_array_equal(over_prior.contraction, expected)
+    assert over_prior.output.values.tolist() == [*NAMES, "onset"][:q]

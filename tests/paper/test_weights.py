@@ -88,20 +88,10 @@ def test_pareto_k_is_that_of_arviz(n, width):
     assert np.isnan(importance(log_ratio[:24], np.zeros(24)).pareto_k)  # too few
 
 
-@pytest.mark.parametrize("ahead", [30, 740, 1e5])
-def test_one_weight_that_is_everything_is_not_a_good_tail(ahead):
-    """Also where the others underflow."""
-    log_ratio = generator(1, "test exact", "one").standard_normal(500)
-    log_ratio[7] += ahead
-    result = importance(log_ratio, np.zeros(500))
-    assert not result.pareto_k < 0.7
-    assert result.size == pytest.approx(1)
-
-
 # ---- edges -------------------------------------------------------------------------------------
 
 
-def test_equal_weights():
+def test_equal_weights_and_a_single_one():
     """Also with the round-off of a density taken off a large joint."""
     density = generator(1, "test exact", "equal").normal(size=300)
     result = importance(density + 120.0, density)
@@ -110,6 +100,10 @@ def test_equal_weights():
     assert result.log_evidence_se == pytest.approx(0, abs=1e-7)  # the root of round-off
     assert result.gap == pytest.approx(0, abs=1e-12)
     assert (result.pareto_k, result.c2st) == (-np.inf, pytest.approx(0.5))
+    for ahead in (30, 740, 1e5):  # one weight is everything, also where the others underflow
+        result = importance(np.r_[ahead, density], np.zeros(301))
+        assert not result.pareto_k < 0.7
+        assert result.size == pytest.approx(1)
 
 
 def test_zero_weights_are_legitimate():
@@ -183,8 +177,8 @@ class Start:
         return values
 
 
-@pytest.mark.parametrize("start", [0.0, 1e-300, 0.5, np.nextafter(1.0, 0.0)])
-@pytest.mark.parametrize("n", [1, 37, 99_991])
+@pytest.mark.parametrize("start", [0.0, 1e-300, np.nextafter(1.0, 0.0)])
+@pytest.mark.parametrize("n", [1, 99_991])
 def test_zero_weights_are_never_taken(start, n):
     """Not at either end either, where positions meet edges in round-off."""
     weights = np.concatenate([WEIGHTS, np.full(5, 0.1), np.zeros(2)])

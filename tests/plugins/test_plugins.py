@@ -1,8 +1,7 @@
-"""Formats of other distributions: the example on the page, and formats that raise or are none."""
+"""Formats of other distributions: the example, and formats that raise or lack a part."""
 
 import logging
 import os
-import re
 import subprocess
 import sys
 import tomllib
@@ -15,8 +14,6 @@ from breaker.records.formats import registry
 from breaker.records.formats.registry import FORMATS, added_formats, read_columns
 from breaker.records.settings import complete
 from tests.scripts import ROOT
-
-BLOCK = re.compile(r"```\w+\n# (\S+)\n(.*?)```", re.DOTALL)
 
 
 def install(folder, name, formats, files):
@@ -34,10 +31,10 @@ def install(folder, name, formats, files):
 
 @pytest.fixture
 def folder(tmp_path):
-    """The distribution of the page in a folder, with the contract of its test."""
-    files = {}
-    for page in (ROOT / "docs").rglob("*.md"):
-        files |= dict(BLOCK.findall(page.read_text(encoding="utf-8")))
+    """The distribution of the documentation in a folder, with the contract of its test."""
+    example = ROOT / "docs/examples/own_format"
+    some = [file for file in example.rglob("*") if file.suffix in (".py", ".toml")]
+    files = {str(file.relative_to(example)): file.read_text(encoding="utf-8") for file in some}
     contract = ROOT / "tests/records/format_contract.py"
     files["format_contract.py"] = contract.read_text(encoding="utf-8")
     project = tomllib.loads(files["pyproject.toml"])["project"]

@@ -83,7 +83,9 @@ def run(options: argparse.Namespace) -> int:
     say(to_json(content) if options.json else text_of(document_of(content)))
     if rejected:
         said = "nothing was inferred" if nothing else f"rejected records: {len(rejected)}"
-        how = f"`breaker inspect {shlex.quote(rejected[0])}` says how to read such a file"
+        file = shlex.quote(rejected[0])
+        how = f"write the settings with `breaker inspect {file} --output my.yaml`, complete them, "
+        how += f"and run `breaker infer {file} --config my.yaml`"
         say(f"breaker: {said}; {how}", beside=True)
     say_written(written, options.json)
     return int(nothing)

@@ -7,13 +7,11 @@ import os
 import sys
 import tempfile
 import webbrowser
-from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
 
 from breaker import DISTRIBUTION
 from breaker.cli.inputs import add_path, settings_of
-from breaker.cli.outputs import check_outputs, write_lines
 from breaker.cli.report import content_of, read_of
 from breaker.common.text import say
 
@@ -34,8 +32,8 @@ def add(view: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Serve the page until the user ends it."""
-    if lacking := [name for name in ("bokeh", "tornado") if not importlib.util.find_spec(name)]:
-        raise ValueError(f'the page needs {", ".join(lacking)}: pip install "{DISTRIBUTION}[app]"')
+    if not importlib.util.find_spec("tornado"):
+        raise ValueError(f'the page needs tornado: pip install "{DISTRIBUTION}[app]"')
     if options.example and options.folder:
         raise ValueError("--example shows exports of its own; leave it out, or the folder")
     config = settings_of(options.config)  # what is wrong there is said before a page opens
@@ -71,10 +69,4 @@ def commands():
     """Return what the page asks of the other commands."""
     from breaker.page.session import Commands
 
-    return Commands(settings_of, read_of, content_of, _write)
-
-
-def _write(name: str, text: str, read: Sequence[str]) -> str:
-    """Write lines that a user may complete, where none of theirs are."""
-    check_outputs([(name, "lines")], read)
-    return write_lines(name, text)
+    return Commands(settings_of, read_of, content_of)

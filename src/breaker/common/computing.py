@@ -67,6 +67,11 @@ def compiled(*, late: bool = False, **options: Any) -> Callable[[Callable], Call
     return (lambda function: _Late(function, decorate)) if late else decorate
 
 
+def compile_now() -> None:
+    """Compile every ``late`` function at its next call, as a server does that runs for hours."""
+    _Late.left = 0
+
+
 def numba_or_plain() -> tuple[Callable, Callable]:
     """Return ``njit`` and ``prange`` of numba, or without it what stands for them."""
     try:

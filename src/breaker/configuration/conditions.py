@@ -158,7 +158,7 @@ def _own(model, prior, sensor, network, by_motion, motions) -> Found:
                 Model.from_settings(settings | {"motion": motion}).try_out()
     except Exception as error:  # whatever code of others may raise
         text = str(error) if isinstance(error, ValueError) else f"{type(error).__name__}: {error}"
-        yield tried, f"is {named[tried]}, which cannot be used: {text} (docs/extend.md)."
+        yield tried, f"is {named[tried]}, which cannot be used: {text} (docs/research/extend.md)."
 
 
 def _folder(endurance, motions, known) -> Found:

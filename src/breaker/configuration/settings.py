@@ -302,10 +302,10 @@ Settings = _section(
         {"closing_speed": None, "opening_speed": None},
         "Speeds, each the mean between two points; null: the 6 mm before or after contact touch.",
     ),
-    limits=_f(_list(Limit, 1, 100), _LIMITS, "Limits; yours replace all (docs/decisions.md)."),
+    limits=_f(_list(Limit, 1, 100), _LIMITS, "Limits; yours replace all of them."),
     types=_f(Text | None, None, "YAML file of types of breaker (docs/how-to/limits-and-types.md)."),
     planning=_section(
-        "When to service: at the least expected cost per operation (docs/decisions.md).",
+        "When to service (docs/understand/planning-a-service.md).",
         operations=_f(float, 500, "Operations ahead.", 0, 1e9),
         years=_f(float, 2.0, "Years ahead, where dates are known.", 0, 100),
         service_cost=_f(float, 1.0, "Cost of a planned service.", high=1e12, gt=0),

@@ -1,7 +1,7 @@
 """Curves for figures, at times after the first motion: what is shown, and over a reference."""
 
 import logging
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -67,6 +67,25 @@ class Overlay(NamedTuple):
         return say("overlay-leaves" if self.leaves else "overlay-within", **values)
 
 
+def _pairs(
+    records: Sequence[DriveRecord], good: Sequence[DriveRecord]
+) -> Iterator[tuple[DriveRecord, DriveRecord, str]]:
+    """Yield each record with its reference, and why they cannot be compared."""
+    for record in records:
+        usable = [e for e in good if e.motion == record.motion and not e.reason]
+        if usable and not record.reason:
+            phase = record.operation.phase
+            best = next((e for e in usable if e.operation.phase == phase), usable[0])
+            hidden = record.raw.reading.start_hidden or best.raw.reading.start_hidden
+            about = {"file": printable(record.operation.file), "reason": hidden}
+            yield record, best, say("overlay-hidden", **about) if hidden else ""
+
+
+def not_overlaid(records: Sequence[DriveRecord], good: Sequence[DriveRecord]) -> list[str]:
+    """Return why records cannot be compared with references."""
+    return [reason for *_, reason in _pairs(records, good) if reason]
+
+
 def overlaid(
     records: Sequence[DriveRecord], good: Sequence[DriveRecord], share: float = TOLERANCE
 ) -> list[Overlay]:
@@ -76,16 +95,11 @@ def overlaid(
     of the reference's stroke is half of the tolerance band.
     """
     overlays = []
-    for record in records:
+    for record, best, reason in _pairs(records, good):
+        if reason:
+            logging.getLogger("breaker").warning(reason)
+            continue
         of, sign = record.operation, 1.0 if record.motion == "closing" else -1.0
-        usable = [e for e in good if e.motion == record.motion and not e.reason]
-        if record.reason or not usable:
-            continue
-        best = next((e for e in usable if e.operation.phase == of.phase), usable[0])
-        if hidden := record.raw.reading.start_hidden or best.raw.reading.start_hidden:
-            said = say("overlay-hidden", file=printable(of.file), reason=hidden)
-            logging.getLogger("breaker").warning(said)
-            continue
         (time, travel), (times, good_travel) = curve_of(record), curve_of(best)
         both, known = (time >= times[0]) & (time <= times[-1]), np.isfinite(good_travel)
         time, way = time[both], sign * (travel[both] - record.raw.segment.before)

@@ -308,19 +308,21 @@ def words_of_change(document: InspectionChange) -> Document:
 
 
 def change_tables(compared: Mapping[str, InspectionChange | str]) -> list[Table]:
-    """Return the tables of changes of a report, by phase; a text says why one is not compared."""
-    tables = []
+    """Return the tables of changes of a report, by phase, and where to look first, once for all; a
+    text says why a phase is not compared.
+    """
+    tables, look = [], {}
     for phase, document in compared.items():
         table, notes = Table(), [document]
         if isinstance(document, InspectionChange):
             changed = [row for row in document.inferred if row.changed]
-            look = [f"{say('look-first')}: {'; '.join(document.advice)}"] * bool(document.advice)
+            look |= dict.fromkeys(document.advice)
             table = _table(replace(document, inferred=changed))
-            notes = [*document.summary, *look]
+            notes = document.summary
         since = document.since if isinstance(document, InspectionChange) else say("earlier")
         title = say("changes-title", since=since) + f", {phase}" * bool(phase)
         tables.append(replace(table, title=title, notes=notes))
-    return tables
+    return tables + [Table(title=say("look-first"), notes=[*look])] * bool(look)
 
 
 def _table(document: InspectionChange) -> Table:

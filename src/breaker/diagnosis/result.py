@@ -53,18 +53,11 @@ def result_of(diagnosis: "Diagnosis") -> Result:
             simultaneity_of(poles, most) for poles in operations_of(records) if len(poles) > 1
         ],
     }
-    verdict = worst(verdict for verdict, *_ in limits_of(result)) or None
+    verdicts = [limit["verdict"] for record in records for limit in record.get("limits", ())]
+    limited = (poles for poles in result["simultaneity"] if "limit" in poles)
+    verdicts += [poles.get("verdict", "inconclusive") for poles in limited]
+    verdict = worst(verdicts) or None
     return plainly({"verdict": verdict, **result})
-
-
-def limits_of(result: Result) -> Iterator[tuple[str, str, str]]:
-    """Yield verdict, name and phase of each limit; one on simultaneity has no phase."""
-    for record in result["records"]:
-        for limit in record.get("limits", ()):
-            yield limit["verdict"], limit["name"], record.get("phase", "")
-    for poles in result["simultaneity"]:
-        if "limit" in poles:
-            yield poles.get("verdict", "inconclusive"), f"simultaneity {poles['motion']}", ""
 
 
 def accepted(result: Result) -> list[RecordResult]:

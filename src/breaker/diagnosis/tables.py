@@ -9,15 +9,16 @@ from breaker.common.document import Cell, Document, Table
 from breaker.common.numerals import distinct, first_of, in_digits, in_p
 from breaker.common.plain_values import Note, note_of
 from breaker.diagnosis.limits import NORMAL, Verdict, worst
-from breaker.diagnosis.result import RecordResult, Result, Value, accepted, limits_of, operations_of
+from breaker.diagnosis.result import RecordResult, Result, Value, accepted, operations_of
 from breaker.diagnosis.words import say
 from breaker.model.parameters import PARAMETERS
-from breaker.model.quantities import EVENTS, INFERRED, OF_STROKE
+from breaker.model.quantities import EVENTS, INFERRED, OF_STROKE, in_words
 
 _PRIOR = 0.8  # share of the prior's variance: above it, 90 % of an interval's width are the prior's
 _PRESENT = 0.9  # probability from which on an effect is listed: one in ten may be absent
 _NO_STATE = ("outside-family", "few-draws", "no-model")  # reasons that the table of the state gives
-_MOST = 8  # labels of a sentence, names of a verdict; JSON has all of them
+_MOST = 8  # labels of a sentence; JSON has all of them
+_NAMED = 4  # limits in the line of the verdict; the table has all of them
 _SHOWN = 3  # operations of a motion that have a table and curves; JSON and CSV have all of them
 
 RESULTS = {
@@ -55,18 +56,47 @@ def grouped(notes: Iterable[tuple[str, Note]], everyone: Collection[str]) -> lis
 
 
 def verdict_of(result: Result) -> Cell:
-    """Return the verdict on all limits in one line."""
-    phases = {record.get("phase", "") for record in accepted(result)}
-    names: dict[str, dict[str, list[str]]] = {verdict: {} for verdict in RESULTS}
-    for verdict, name, phase in limits_of(result):
-        names[verdict].setdefault(name, []).append(phase)
-    texts = []
-    for verdict, by in names.items():
-        said = [concerned(name, where, phases) for name, where in by.items()]
-        texts += [f"{RESULTS[verdict]}: {first_of(said, _MOST)}"] if said else []
-    if not texts:
+    """Return the verdict on all limits, and the values that decide it, in one line."""
+    if not (verdict := result["verdict"]):
         return Cell(say("no-limits"), "faint")
-    return Cell("; ".join(texts), RESULTS[result["verdict"]].tone)
+    texts = [
+        _limit_in_words(limit, record)
+        for record in accepted(result)
+        for limit in record.get("limits", ())
+        if limit["verdict"] == verdict
+    ]
+    poles = [e for e in result["simultaneity"] if "limit" in e]
+    judged = (e for e in poles if e.get("verdict", "inconclusive") == verdict)
+    texts += map(simultaneity_in_words, judged)
+    words = say("within-limits", count=len(texts)) if verdict == "pass" else first_of(texts, _NAMED)
+    return Cell(f"{RESULTS[verdict]}: {words}", RESULTS[verdict].tone)
+
+
+def _limit_in_words(limit: Verdict, record: RecordResult) -> str:
+    """Return a limit with its values and bounds, as "closing stroke R 176 mm (170 to 184)"."""
+    texts, phase = [], record.get("phase", "")
+    for part in limit["parts"]:
+        known = [_NONE]
+        if part["value"] is not None:
+            known = [in_digits(part["value"], 4), _unit(part["unit"])]
+        words = [in_words(part["quantity"]), phase, *known, f"({bounds_in_words(part['bounds'])})"]
+        texts.append(" ".join(filter(None, words)))
+    words = " and ".join(texts)
+    motion = "" if record["motion"] in words else record["motion"]
+    is_named = in_words(limit["parts"][0]["quantity"]) not in in_words(limit["name"])
+    return " ".join(filter(None, (f"{limit['name']}:" * is_named, motion, words)))
+
+
+def bounds_in_words(bounds: Sequence[float | None]) -> str:
+    """Return two bounds, of which one may be None, in words.
+
+    >>> bounds_in_words((170.0, 184.0)), bounds_in_words((None, 184.0))
+    ('170 to 184', 'at most 184')
+    """
+    low, high = (None if bound is None else in_digits(bound, 6) for bound in bounds)
+    if low and high:
+        return f"{low} to {high}"
+    return f"at least {low}" if low else f"at most {high}"
 
 
 # ---- measured values -----------------------------------------------------------------------------

@@ -1,7 +1,7 @@
 """The list of a page: breakers, and their inspections below, as names and headers of files show."""
 
 import os
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import NamedTuple
 
@@ -53,110 +53,89 @@ def find_files(folder: Path) -> dict[str, str]:
     """Return the paths of records in a folder and below by identifier; lone data are among them,
     so that the page says what they lack. A folder with a table of operations is one entry.
     """
-    found: dict[str, str] = {}
+    files: dict[str, str] = {}
     for place, folders, names in os.walk(folder):
         folders[:] = sorted(e for e in folders if not e.startswith("."))
+        paths = [place]
         if MANIFEST in names:
-            folders[:] = []
-            found[id_of(os.path.relpath(place, folder))] = place
-            continue
-        paths = sorted([*record_files(place), *lone_data(place)], key=natural)
-        found |= {id_of(os.path.relpath(path, folder)): str(path) for path in paths}
-        if len(found) > MOST:
+            folders.clear()
+        else:
+            paths = sorted([*record_files(place), *lone_data(place)], key=natural)
+        files |= {id_of(os.path.relpath(path, folder)): str(path) for path in paths}
+        if len(files) > MOST:
             break
-    return dict([*found.items()][:MOST])
+    return dict([*files.items()][:MOST])
 
 
 def inspections_of(
     files: Mapping[str, str], described: Mapping[str, Description]
 ) -> list[Inspection]:
     """Return the inspections of files: those of a breaker and a day, or, without a date, those
-    whose names differ in the phase alone.
+    whose names differ in the phase alone. Dropped files come first, then named breakers; the newest
+    inspection of a breaker first.
     """
     groups: dict[tuple, list[str]] = {}
     phases = _phases_of(files)
     for name, path in files.items():
         about = described.get(name, Description())
         breaker, date = _breaker_of(name, about), _date_of(path, about)
-        undated = _without(Path(path).stem, phases.get(name, "")) if not date else ""
+        undated = "" if date else Path(path).stem.replace(phases.get(name, "\0"), "", 1)
         if breaker == DROPPED:  # an inspection of its own, that the user finds again
             undated = os.path.dirname(path)
-        reason = about.reason and name
-        groups.setdefault((breaker, date, undated, reason), []).append(name)
-    found = [
-        _inspection(names, breaker, date, described, phases)
-        for (breaker, date, *_), names in groups.items()
-    ]
-    found.sort(key=lambda one: natural(one.name))
-    found.sort(key=lambda one: one.date, reverse=True)  # the newest first
-    return sorted(
-        found, key=lambda one: (one.breaker != DROPPED, not one.breaker, natural(one.breaker))
-    )
-
-
-def _inspection(
-    names: list[str],
-    breaker: str,
-    date: str,
-    described: Mapping[str, Description],
-    phases: Mapping[str, str],
-) -> Inspection:
-    about = [described[name] for name in names if name in described]
-    types = (each.preamble.type for each in about)
-    stated = (part.phase or part.channel for each in about for part in each.parts)
-    named = [phases[name] for name in names if phases.get(name)]
-    motions = (part.motion for each in about for part in each.parts)
-    return Inspection(
-        tuple(names),
-        breaker,
-        next(filter(None, types), ""),
-        date,
-        tuple(dict.fromkeys(named or filter(None, stated))),
-        tuple(sorted({*motions})),
-        next((each.reason for each in about if each.reason), ""),
-        len(about) == len(names),
-    )
+        groups.setdefault((breaker, date, undated, about.reason and name), []).append(name)
+    inspections = []
+    for (breaker, date, *_), names in groups.items():
+        abouts = [described[name] for name in names if name in described]
+        parts = [part for about in abouts for part in about.parts]
+        named = [phases[name] for name in names if name in phases]
+        stated = named or [part.phase or part.channel for part in parts]
+        inspection = Inspection(
+            files=tuple(names),
+            breaker=breaker,
+            type=next((about.preamble.type for about in abouts if about.preamble.type), ""),
+            date=date,
+            phases=tuple(dict.fromkeys(filter(None, stated))),
+            motions=tuple(sorted({part.motion for part in parts})),
+            reason=next((about.reason for about in abouts if about.reason), ""),
+            seen=len(abouts) == len(names),
+        )
+        inspections.append(inspection)
+    inspections.sort(key=lambda one: natural(one.name))
+    inspections.sort(key=lambda one: one.date, reverse=True)
+    inspections.sort(key=lambda e: (e.breaker != DROPPED, not e.breaker, natural(e.breaker)))
+    return inspections
 
 
 def _phases_of(files: Mapping[str, str]) -> dict[str, str]:
-    """Return the phase in the name of each file, by folder."""
-    folders: dict[str, list[tuple[str, Path]]] = {}
-    for name, path in files.items():
-        folders.setdefault(os.path.dirname(path), []).append((name, Path(path)))
-    found: dict[str, str] = {}
-    for some in folders.values():
-        phases = phases_in_names([path for _, path in some])
-        found |= {name: phases[path] for name, path in some if path in phases}
-    return found
-
-
-def _without(stem: str, phase: str) -> str:
-    """Return a name without its phase."""
-    return stem.replace(phase, "", 1) if phase else stem
+    """Return the phase in the name of each file that has one; names of a folder decide together."""
+    folders: dict[str, list[Path]] = {}
+    for path in map(Path, files.values()):
+        folders.setdefault(str(path.parent), []).append(path)
+    phases: dict[Path, str] = {}
+    for paths in folders.values():
+        phases |= phases_in_names(paths)
+    return {name: phases[Path(path)] for name, path in files.items() if phases.get(Path(path))}
 
 
 def _breaker_of(name: str, about: Description) -> str:
-    """Return station, bay and serial number as the file states them, or else its folder."""
+    """Return station, bay and serial number as the file states them, or else its folders but those
+    that are named after a motion.
+    """
     if name.startswith(id_of(f"{DROPPED}/")):
         return DROPPED
-    stated = about.preamble
-    parts = filter(None, (stated.station, stated.bay, stated.serial))
-    return ", ".join(" ".join(part.split()) for part in parts) or " / ".join(_own_folders(name))
-
-
-def _own_folders(name: str) -> Iterator[str]:
-    """Yield the folders of a file that are not named after a motion."""
-    return (part for part in Path(name).parent.parts if not motions_in(part))
+    stated = (about.preamble.station, about.preamble.bay, about.preamble.serial)
+    folders = (part for part in Path(name).parent.parts if not motions_in(part))
+    return ", ".join(" ".join(part.split()) for part in stated if part) or " / ".join(folders)
 
 
 def _date_of(path: str, about: Description) -> str:
     """Return the date of a file; both, where day and month may be either."""
     dates = about.preamble.dates
-    return one_date("", dates, path)[:10] or " or ".join(each[:10] for each in dates)
+    return one_date("", dates, path)[:_ISO] or " or ".join(date[:_ISO] for date in dates)
 
 
 def earlier_than(one: Inspection, same: Iterable[Inspection]) -> list[Inspection]:
     """Return the earlier inspections among those of the same breaker, the last first."""
     dated = [other for other in (*same, one) if other.seen and len(other.date) == _ISO]
-    found = [other for other in dated if other.date < one.date] if one in dated else []
-    return sorted(found, key=lambda other: other.date, reverse=True)
+    earlier = [other for other in dated if other.date < one.date] if one in dated else []
+    return sorted(earlier, key=lambda other: other.date, reverse=True)

@@ -6,6 +6,7 @@ again shows the same.
 
 import json
 import os
+import re
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 from urllib.parse import quote, unquote_to_bytes, urlencode
@@ -120,8 +121,8 @@ def overlay_text(form: Mapping, types: str | None) -> str:
     >>> overlay_text({"rate": 5.0}, None).splitlines()
     ['types: null', 'endurance:', '  format:', '    rate: 5.0']
     """
-    found = {"types": types} | ({"endurance": {"format": dict(form)}} if form else {})
-    return yaml.safe_dump(found, sort_keys=False, allow_unicode=True)
+    overlay = {"types": types} | ({"endurance": {"format": dict(form)}} if form else {})
+    return yaml.safe_dump(overlay, sort_keys=False, allow_unicode=True)
 
 
 def id_of(name: str) -> str:
@@ -163,12 +164,21 @@ class SettingRow(NamedTuple):
 _STATES = ("missing", "doubtful", "chosen", "sure")
 
 
+def base_of(own: Mapping[str, Any], proposal: Proposal | None) -> dict[str, Any]:
+    """Return the import settings before any choice; those that a proposal lacks are None."""
+    base = {**FORMAT, **own}
+    if proposal:
+        base |= {**proposal.settings, **dict.fromkeys(proposal.lacking)}
+    return base
+
+
 def rows_of(
     base: Mapping[str, Any],
     proposal: Proposal | None,
     sheet: Sheet | None,
     chosen: Mapping[str, Any],
     diagnosis: Diagnosis | None,
+    trouble: str,
 ) -> list[SettingRow]:
     """Return the form of the import settings: what must be decided stands first.
 
@@ -178,29 +188,53 @@ def rows_of(
         sheet: Contents of the first file, if it can be read.
         chosen: Choices on the page.
         diagnosis: The inspection; None if it cannot be read.
+        trouble: Reason why it cannot be read; it may name a wrong choice.
     """
+    records = diagnosis.records if diagnosis else ()
+    columns = [sheet.column(i) for i in range(len(sheet.columns))] if sheet else []
     rows = []
     for key, label in LABELS.items():
         value = chosen.get(key, None if key == "travel_column" else base[key])
-        records = diagnosis.records if diagnosis else ()
-        stated = [record.operation.settings.get(key) for record in records]
-        reason, state = "default" if base[key] == FORMAT[key] else "from the configuration", "sure"
+        used = (record.operation.settings.get(key) for record in records)
+        stated = [*dict.fromkeys(str(setting) for setting in used if setting is not None)]
         if key in chosen:
-            reason, state = "your choice", "chosen"
-        elif stated := [*dict.fromkeys(str(each) for each in stated if each is not None)]:
-            reason = f"{', '.join(stated)}: stated by the file or its table"
-        elif proposal and key in proposal.lacking:
-            reason, state = f"fill it in: {proposal.lacking[key]}", "missing"
-        elif proposal and (doubts := proposal.found.doubts.get(key)):
-            reason, state = "; ".join(doubts), "doubtful"
-        elif proposal and base[key] != FORMAT[key]:
-            reason = "seen in the file"
+            is_wrong = f"endurance.format.{key} " in trouble
+            state, reason = ("missing", trouble) if is_wrong else ("chosen", "your choice")
+        else:
+            state, reason = _reason_for(key, base, proposal, stated)
         options = {as_text(option): name for option, name in _OPTIONS.get(key, {}).items()}
         if key.endswith("_column"):
-            columns = [sheet.column(i) for i in range(len(sheet.columns))] if sheet else []
-            options = {"": _NO_COLUMN.get(key, "as found beside each travel")}
+            options = {"": _NO_COLUMN.get(key, "the one that belongs to each travel")}
             options |= {as_text(column): str(column) for column in columns}
-        if options and as_text(value) not in options:
-            options[as_text(value)] = str(value)
+        if options:
+            options.setdefault(as_text(value), str(value))
         rows.append(SettingRow(key, label, as_text(value), reason, state, options))
     return sorted(rows, key=lambda row: _STATES.index(row.state))
+
+
+def _reason_for(
+    key: str, base: Mapping[str, Any], proposal: Proposal | None, stated: Sequence[str]
+) -> tuple[str, str]:
+    """Return the state of a setting that was not chosen, and the reason for its value."""
+    if stated:
+        return "sure", f"{', '.join(stated)}: stated by the file or its table"
+    if proposal and key in proposal.lacking:
+        return "missing", f"fill it in: {labelled(proposal.lacking[key])}"
+    if proposal and (doubts := proposal.found.doubts.get(key)):
+        return "doubtful", labelled("; ".join(doubts))
+    if base[key] == FORMAT[key]:
+        return "sure", "default"
+    return "sure", "seen in the file" if proposal else "from the configuration"
+
+
+def labelled(text: str) -> str:
+    """Return a remark with labels of the page in place of keys of the configuration.
+
+    >>> labelled("set travel_column: S 1, or change sign")
+    'set “Column of travel”: S 1, or change sign'
+    """
+    return re.sub(r"\b\w+_\w+\b", lambda key: _quoted(key[0]), text)
+
+
+def _quoted(key: str) -> str:
+    return f"“{LABELS[key]}”" if key in LABELS else key

@@ -1,26 +1,12 @@
-"""The curves of an inspection as Bokeh figures: a tab for each motion, and the marks on it."""
+"""The curves of an inspection as plain data: a tab for each motion, its panels, and its marks."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-from bokeh.embed import json_item
-from bokeh.layouts import gridplot
-from bokeh.models import (
-    BoxAnnotation,
-    ColumnDataSource,
-    DataRange1d,
-    HoverTool,
-    Legend,
-    LegendItem,
-    Range1d,
-    Span,
-)
-from bokeh.plotting import figure
-from bokeh.themes import DARK_MINIMAL, LIGHT_MINIMAL, built_in_themes
 
 from breaker.common.colours import phase_colours
-from breaker.diagnosis.curves import overlaid
+from breaker.diagnosis.curves import Overlay, not_overlaid, overlaid
 from breaker.diagnosis.estimate import DriveRecord, Estimate
 from breaker.diagnosis.session import Diagnosis
 from breaker.model.quantities import OF_STROKE, SHARES
@@ -32,13 +18,15 @@ from breaker.records.sheet import Sheet
 _MOST = 4000  # points of a curve, twice as many as a screen has columns: ends of each part stay
 _AROUND = 0.25, 1.0  # durations of the motion that are shown before and after it
 _SMOOTH = 1.0  # ms on both sides of the straight lines whose slopes are the velocity
-_HEIGHTS = {
-    **{"travel": 280, "velocity": 105, "contact": 75, "test current": 75, "coil": 85},
-    "resistance": 190,
+_PANELS = {  # heights in pixels, and labels; those without one have the label of their curve
+    "travel": (280, "travel (mm)"),
+    "velocity": (105, "velocity (m/s)"),
+    "contact": (75, ""),
+    "test current": (75, ""),
+    "coil": (85, ""),
+    "resistance": (190, "resistance (µΩ)"),
 }
-_AXES = {"travel": "travel (mm)", "velocity": "velocity (m/s)", "resistance": "resistance (µΩ)"}
 _CHANNELS = {"contact": "contact", "current": "test current", "trigger": "coil", "motor": "coil"}
-_INK = {False: "#1c2127", True: "#e6e8eb"}  # of marks and cursors, where the page is dark
 
 
 class Tab(NamedTuple):
@@ -55,13 +43,8 @@ class Tab(NamedTuple):
         """The records that were read."""
         return [record for record in self.records if record.raw is not None]
 
-    @property
-    def phases(self) -> list[str]:
-        """Phase of each record."""
-        return [record.operation.phase for record in self.records]
 
-
-class Channel(NamedTuple):
+class Curve(NamedTuple):
     """A curve: its panel, phase, name, times after the tab's origin in ms, and values, ``(n,)``; a
     resistance has travels in place of times. Its look is "", "faint" for doubtful samples, or
     "earlier" or "reference" for other records.
@@ -103,46 +86,64 @@ def origins_of(tab: Tab) -> tuple[dict[int, float], str]:
     return {id(record): record.raw.moves for record in read}, "time after the first motion (ms)"
 
 
-# ---- channels ------------------------------------------------------------------------------------
+def colours_of(names: Sequence[str], own: Mapping[str, str]) -> dict[str, str]:
+    """Return the colour of each phase; black is the colour of text, which a dark page has light."""
+    colours = phase_colours(names, own)
+    return {name: colour.replace("#000000", "currentColor") for name, colour in colours.items()}
 
 
-def channels_of(tab: Tab, diagnosis: Diagnosis, files: Files) -> list[Channel]:
-    """Return the curves of a tab."""
-    origins, _ = origins_of(tab)
-    found = []
+# ---- curves --------------------------------------------------------------------------------------
+
+
+def drawn(tab: Tab, diagnosis: Diagnosis, files: Files, own: Mapping[str, str]) -> dict:
+    """Return panels with curves, and the times that are shown first; ``own`` are colours."""
+    origins, axis = origins_of(tab)
+    laid = [(overlay, "reference") for overlay in diagnosis.overlays]
+    laid += [(overlay, "earlier") for overlay in overlaid(diagnosis.records, diagnosis.before)]
+    curves: list[Curve] = []
+    begins, ends = [], []
     for record in tab.read:
-        raw, phase, zero = record.raw, record.operation.phase, origins[id(record)]
-        time = raw.time - zero
-        doubtful = np.where(raw.doubts == "", np.nan, raw.whole)
-        found += [Channel("travel", phase, "travel", time, raw.sure)]
-        if np.isfinite(doubtful).any():
-            found.append(Channel("travel", phase, "doubtful samples", time, doubtful, "faint"))
-        found.append(Channel("velocity", phase, "velocity", time, _velocity(raw.sure, raw.step)))
-        if np.isfinite(raw.resistance).any():  # over the travel, it shows the arcing contact
-            at = raw.sure[raw.inside], raw.resistance[raw.inside]
-            found.append(Channel("resistance", phase, "resistance", *at))
-        found += _beside(record, look_into(files[record.operation.file]), zero)
-    laid = [(each, "reference") for each in diagnosis.overlays]
-    laid += [(each, "earlier") for each in overlaid(diagnosis.records, diagnosis.before)]
-    for record in tab.read:
-        operation, zero = record.operation, origins[id(record)]
-        own = operation.number, record.motion, operation.phase, str(operation.file)
-        for each, look in laid:
-            if own == (each.operation, each.motion, each.phase, each.file):
-                found.append(_overlay(record, each, look, zero))
-    return found
+        raw, operation, zero = record.raw, record.operation, origins[id(record)]
+        duration = raw.reading.arrival - raw.moves
+        start = min(raw.moves, np.nan_to_num(raw.contact.trigger, nan=np.inf))
+        begins.append(start - zero - _AROUND[0] * duration)
+        ends.append(raw.reading.arrival - zero + _AROUND[1] * duration)
+        curves += _own_curves(record, zero)
+        curves += _other_channels(record, look_into(files[operation.file]), zero)
+        key = operation.number, record.motion, operation.phase, str(operation.file)
+        for overlay, look in laid:
+            if key == (overlay.operation, overlay.motion, overlay.phase, overlay.file):
+                curves.append(_overlay(record, overlay, look, zero))
+    colours = colours_of([record.operation.phase for record in tab.records], own)
+    found = _panels(curves, (min(begins), max(ends)), axis, colours)
+    return found | {"notes": [*dict.fromkeys(not_overlaid(tab.read, diagnosis.before))]}
 
 
-def _overlay(record: DriveRecord, other: Any, look: str, zero: float) -> Channel:
-    """Return another record, aligned at half of the travel."""
-    way, good = np.nan_to_num(other.way), np.nan_to_num(other.good)
-    half = 0.5 * record.shape.stroke
-    shift = other.time[int((way > half).argmax())] - other.time[int((good > half).argmax())]
-    sign = 1.0 if record.motion == "closing" else -1.0
-    travel = record.raw.segment.before + sign * other.good
-    name = f"{look}: {printable(other.good_file).rpartition('/')[2]}"
-    time = other.time + record.raw.moves + shift - zero
-    return Channel("travel", record.operation.phase, name, time, travel, look)
+def drawn_file(sheet: Sheet) -> dict:
+    """Return all columns of a file of which nothing could be read, over the number of samples."""
+    names = [printable(str(sheet.column(i))) for i in range(len(sheet.columns))]
+    samples = np.arange(sheet.columns[0].size, dtype=float)
+    curves = [
+        Curve("travel", name, name, samples, values)
+        for name, values in zip(names, sheet.columns, strict=True)
+        if np.isfinite(values).any() and np.nanmin(values) < np.nanmax(values)
+    ]
+    return _panels(curves, (0.0, float(samples.size)), "sample", colours_of(names, {}))
+
+
+def _own_curves(record: DriveRecord, zero: float) -> Iterator[Curve]:
+    """Yield travel and velocity over time, and the resistance over travel, which shows the arcing
+    contact.
+    """
+    raw, phase = record.raw, record.operation.phase
+    time, doubtful = raw.time - zero, np.where(raw.doubts == "", np.nan, raw.whole)
+    yield Curve("travel", phase, "travel", time, raw.sure)
+    if np.isfinite(doubtful).any():
+        yield Curve("travel", phase, "doubtful samples", time, doubtful, "faint")
+    yield Curve("velocity", phase, "velocity", time, _velocity(raw.sure, raw.step))
+    if np.isfinite(raw.resistance).any():
+        at = raw.sure[raw.inside], raw.resistance[raw.inside]
+        yield Curve("resistance", phase, "resistance", *at)
 
 
 def _velocity(travel: np.ndarray, step: float) -> np.ndarray:
@@ -157,176 +158,84 @@ def _velocity(travel: np.ndarray, step: float) -> np.ndarray:
     return np.where(known, slopes, np.nan)
 
 
-def _beside(record: DriveRecord, sheet: Sheet, zero: float) -> Iterator[Channel]:
-    """Yield contact, currents and resistance of a record, over time."""
+def _other_channels(record: DriveRecord, sheet: Sheet, zero: float) -> Iterator[Curve]:
+    """Yield contact and currents of a record, over time."""
     settings, raw, phase = record.raw.settings, record.raw, record.operation.phase
+    time = np.arange(sheet.columns[0].size) * raw.step - zero
     if settings.get("time_column") is not None:
         place = sheet.place_of(settings["time_column"])
         time = sheet.columns[place] * TO_MS[settings["time_unit"]] - zero
-    else:
-        time = np.arange(sheet.columns[0].size) * raw.step - zero
     for key, panel in _CHANNELS.items():
         column = settings.get(f"{key}_column")
         place = None if column in (None, 0) else sheet.place_of(column)
         if place is not None:
             unit = f" ({printable(sheet.units[place])})" if sheet.units[place] else ""
-            name = f"{panel}{unit}"
-            yield Channel(panel, phase, name, time, sheet.columns[place])
+            yield Curve(panel, phase, f"{panel}{unit}", time, sheet.columns[place])
 
 
-# ---- figures -------------------------------------------------------------------------------------
+def _overlay(record: DriveRecord, other: Overlay, look: str, zero: float) -> Curve:
+    """Return another record, aligned at half of the travel."""
+    way, good = np.nan_to_num(other.way), np.nan_to_num(other.good)
+    half = 0.5 * record.shape.stroke
+    shift = other.time[int((way > half).argmax())] - other.time[int((good > half).argmax())]
+    sign = 1.0 if record.motion == "closing" else -1.0
+    travel = record.raw.segment.before + sign * other.good
+    name = f"{look}: {printable(other.good_file).rpartition('/')[2]}"
+    time = other.time + record.raw.moves + shift - zero
+    return Curve("travel", record.operation.phase, name, time, travel, look)
 
 
-def drawn(tab: Tab, diagnosis: Diagnosis, files: Files, dark: bool, own: Mapping) -> dict:
-    """Return a tab as an item for ``Bokeh.embed.embed_item``; ``own`` are colours of phases."""
-    colours = phase_colours(tab.phases, own)
-    if dark:
-        colours = {name: each.replace("#000000", _INK[True]) for name, each in colours.items()}
-    channels, (_, axis) = channels_of(tab, diagnosis, files), origins_of(tab)
-    return _item(channels, _window(tab), axis, colours, dark)
-
-
-def drawn_file(sheet: Sheet, dark: bool) -> dict:
-    """Return all columns of a file of which nothing could be read, over the number of samples."""
-    names = [printable(str(sheet.column(i))) for i in range(len(sheet.columns))]
-    samples = np.arange(sheet.columns[0].size, dtype=float)
-    channels = [
-        Channel("travel", name, name, samples, values)
-        for name, values in zip(names, sheet.columns, strict=True)
-        if np.isfinite(values).any() and np.nanmin(values) < np.nanmax(values)
-    ]
-    colours, window = phase_colours(names), (0.0, float(samples.size))
-    return _item(channels, window, "sample", colours, dark)
-
-
-def _window(tab: Tab) -> tuple[float, float]:
-    """Return the times that are shown, ms."""
-    origins, _ = origins_of(tab)
-    begins, ends = [], []
-    for record in tab.read:
-        zero, moves, arrival = origins[id(record)], record.raw.moves, record.raw.reading.arrival
-        start = min(moves, np.nan_to_num(record.raw.contact.trigger, nan=np.inf))
-        begins.append(start - zero - _AROUND[0] * (arrival - moves))
-        ends.append(arrival - zero + _AROUND[1] * (arrival - moves))
-    return min(begins), max(ends)
-
-
-def _item(
-    channels: Sequence[Channel],
-    window: tuple[float, float],
-    axis: str,
-    colours: Mapping[str, str],
-    dark: bool,
+def _panels(
+    curves: Sequence[Curve], window: tuple[float, float], axis: str, colours: Mapping[str, str]
 ) -> dict:
-    x_range, figures = Range1d(*window), []
-    for panel in _HEIGHTS:
-        some = [each for each in channels if each.panel == panel]
+    panels = []
+    for panel, (height, label) in _PANELS.items():
+        some = [curve for curve in curves if curve.panel == panel]
         if some:
-            figures.append(_panel(panel, some, x_range, colours, _INK[dark]))
-    timed = [each for each in figures if each.x_range is x_range]
-    for above in timed[:-1]:
-        above.xaxis.major_label_text_font_size = "0px"
-    timed[-1].height += 40  # for the labels of the axis
-    timed[-1].xaxis.axis_label = axis
-    _add_marks(figures[0], _INK[dark])
-    for each in timed:
-        for name, dash in (("cursor1", "solid"), ("cursor2", "dotted")):
-            look = {"line_color": _INK[dark], "line_dash": dash, "visible": False}
-            each.add_layout(Span(dimension="height", name=name, **look))
-        each.add_layout(
-            BoxAnnotation(name="spot", fill_color="#2f7fd0", fill_alpha=0.15, visible=False)
-        )
-    grid = gridplot(
-        [[each] for each in figures], toolbar_location="right", sizing_mode="stretch_width"
-    )
-    grid.toolbar.logo = None
-    return json_item(grid, theme=built_in_themes[DARK_MINIMAL if dark else LIGHT_MINIMAL])
+            lines = [_line(curve, window, colours) for curve in some]
+            about = {"name": panel, "height": height, "label": label or some[0].name}
+            panels.append(about | {"curves": lines})
+    return {"window": window, "axis": axis, "panels": panels, "notes": []}
 
 
-def _panel(
-    panel: str,
-    channels: Sequence[Channel],
-    x_range: Range1d,
-    colours: Mapping[str, str],
-    ink: str,
-) -> Any:
-    over_travel = panel == "resistance"
-    found = figure(
-        name="" if over_travel else "over time",
-        height=_HEIGHTS[panel],
-        x_range=DataRange1d() if over_travel else x_range,
-        y_range=DataRange1d(only_visible=True, range_padding=0.16),
-        x_axis_label="travel (mm)" if over_travel else None,
-        y_axis_label=_AXES.get(panel, channels[0].name),
-        y_axis_type="log" if over_travel else "linear",
-        sizing_mode="stretch_width",
-        tools="xpan,xwheel_zoom,box_zoom,undo,reset,save",
-        active_drag="xpan",
-        active_scroll="xwheel_zoom",
-    )
-    items: dict[str, list] = {}
-    dashes = {"": "solid", "faint": "dotted", "earlier": "dotted", "reference": "dashed"}
-    for each in channels:
-        time, values = each.time, each.values
-        if not over_travel:
-            time, values = thinned(each, x_range.start, x_range.end, panel != "velocity")
-        source = ColumnDataSource({"x": time, "y": values}, name=f"{each.phase} {each.name}")
-        colour = ink if each.look == "reference" else colours[each.phase]
-        line = found.line(
-            "x", "y", source=source, line_color=colour, line_dash=dashes[each.look], line_width=1.5
-        )
-        line.nonselection_glyph = line.muted_glyph = line.hover_glyph = None
-        if panel == "travel":
-            items.setdefault(each.name if each.look else each.phase or each.name, []).append(line)
-    if items:
-        own = [LegendItem(label={"value": key}, renderers=some) for key, some in items.items()]
-        legend = Legend(items=own, click_policy="hide", orientation="horizontal", padding=2)
-        legend.update(label_text_font_size="11px", border_line_color=None, margin=0)
-        found.add_layout(legend, "above")
-    found.axis.axis_label_text_font_size = "12px"
-    found.min_border_left = 56  # so that panels share their axes
-    return found
+def _line(
+    curve: Curve, window: tuple[float, float], colours: Mapping[str, str]
+) -> dict[str, object]:
+    x, y = curve.time, curve.values
+    if curve.panel != "resistance":
+        x, y = thinned(curve, *window)
+    colour = "currentColor" if curve.look == "reference" else colours[curve.phase]
+    about = {"phase": curve.phase, "name": curve.name, "look": curve.look, "colour": colour}
+    return about | {"x": _plain(x), "y": _plain(y)}
 
 
-def _add_marks(found: Any, ink: str) -> None:
-    """Add sources "marks" and "zones", which the page fills once values are measured."""
-    zones = ColumnDataSource({name: [] for name in _ZONE}, name="zones")
-    look = {"line_color": "colour", "line_width": 5, "alpha": 0.3}
-    found.segment("x0", "y0", "x1", "y1", source=zones, **look)
-    marks = ColumnDataSource({name: [] for name in _MARK}, name="marks")
-    glyph = found.scatter("x", "y", source=marks, marker="diamond", size=9, color="colour")
-    look = {"x_offset": 7, "y_offset": -8, "text_color": ink, "text_font_size": "11px"}
-    found.text("x", "y", "label", source=marks, **look)
-    tips = [("", "@name"), ("ms", "@x{0.00}"), ("mm", "@y{0.00}")]
-    found.add_tools(HoverTool(renderers=[glyph], tooltips=tips))
+def _plain(values: np.ndarray) -> list[float | None]:
+    """Return numbers as JSON has them, with as many digits as a screen shows after a zoom."""
+    rounded = np.round(values.astype(float), 4)
+    return np.where(np.isfinite(rounded), rounded, None).tolist()
 
 
-def thinned(
-    channel: Channel, begin: float, end: float, around: bool = True
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return times and values ``(m,)`` of a curve in a window, and ``around`` it for as long: all,
-    or the ends of each part.
+def thinned(curve: Curve, begin: float, end: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return times and values ``(m,)`` of a curve in a window and around it for as long: all, or
+    the ends of each part.
 
-    >>> some = Channel("travel", "", "", np.arange(20_000.0), np.arange(20_000.0))
+    >>> some = Curve("travel", "", "", np.arange(20_000.0), np.arange(20_000.0))
     >>> thinned(some, 0.0, 20_000.0)[0].size, thinned(some, 10.0, 19.0)[0].size
     (4000, 27)
     """
-    wide = around * (end - begin)
-    first, last = np.searchsorted(channel.time, (begin - wide, end + wide))
+    wide = end - begin
+    first, last = np.searchsorted(curve.time, (begin - wide, end + wide))
     kept = np.arange(first, last)
     if kept.size > _MOST:
-        parts = np.array_split(kept, _MOST // 2)
-        above, below = (np.nan_to_num(channel.values, nan=each) for each in (np.inf, -np.inf))
-        low = [part[np.argmin(above[part])] for part in parts]
-        high = [part[np.argmax(below[part])] for part in parts]
-        kept = np.sort(np.concatenate([low, high]))
-    return channel.time[kept], channel.values[kept]
+        parts = np.pad(kept, (0, -kept.size % (_MOST // 2)), "edge").reshape(_MOST // 2, -1)
+        low = np.nan_to_num(curve.values, nan=np.inf)[parts].argmin(axis=1)
+        high = np.nan_to_num(curve.values, nan=-np.inf)[parts].argmax(axis=1)
+        kept = np.union1d(*(parts[np.arange(len(parts)), at] for at in (low, high)))
+    return curve.time[kept], curve.values[kept]
 
 
 # ---- marks ---------------------------------------------------------------------------------------
 
-_MARK = "x", "y", "name", "label", "colour"
-_ZONE = "x0", "y0", "x1", "y1", "colour"
 _SPOTS = {  # events between which a quantity is measured
     "stroke": ("begin", "end"),
     "reaction_time": ("trigger", "first motion"),
@@ -347,48 +256,42 @@ def spots_of(estimate: Estimate) -> dict[str, tuple[float, float]]:
     events = {"begin": begin, "end": end, "first motion": raw.moves, "arrival": reading.arrival}
     events |= {"contact": contact.time, "trigger": contact.trigger}
     events |= {"main": contact.main, "arcing": contact.arcing}
-    found = {name: (events[first], events[last]) for name, (first, last) in _SPOTS.items()}
+    spots = {name: (events[first], events[last]) for name, (first, last) in _SPOTS.items()}
     since = {name: measured[name].value for name in ("coil_dip_time", "coil_off_time", *SHARES)}
-    found |= {name: (contact.trigger, contact.trigger + late) for name, late in since.items()}
+    spots |= {name: (contact.trigger, contact.trigger + late) for name, late in since.items()}
     for speed in estimate.speeds:
         if speed.motion == estimate.record.motion and not measured[speed.name].reason:
             points = (speed.start, speed.end)
-            found[speed.name] = tuple(reading.place(point)[0].value for point in points)
+            spots[speed.name] = tuple(reading.place(point)[0].value for point in points)
             if speed.points == OF_STROKE[f"{speed.motion}_speed_10_90"]:
-                found["travel_time"] = found[speed.name]
+                spots["travel_time"] = spots[speed.name]
     return {
         name: (float(min(ends)), float(max(ends)))
-        for name, ends in found.items()
+        for name, ends in spots.items()
         if np.isfinite(ends).all()
     }
 
 
-def marks_of(tab: Tab, estimates: Sequence[Estimate], own: Mapping) -> dict[str, dict]:
-    """Return the data of the sources "marks" and "zones" of a tab."""
-    colours, (origins, _) = phase_colours(tab.phases, own), origins_of(tab)
-    marks, zones, labels = [], [], set()
+def marks_of(tab: Tab, estimates: Sequence[Estimate], own: Mapping[str, str]) -> list[dict]:
+    """Return the events and the speed zone of each pole: a name, a phase, a colour, and points."""
+    colours = colours_of([record.operation.phase for record in tab.records], own)
+    origins, _ = origins_of(tab)
     event = "touch" if tab.motion == "closing" else "separation"
-    for each in (estimate for estimate in estimates if estimate.record.raw is not None):
-        raw, phase, spots = each.record.raw, each.record.operation.phase, spots_of(each)
-        zero, known = origins[id(each.record)], np.isfinite(raw.sure)
-
-        def place(time: float, raw=raw, zero=zero, known=known) -> tuple[float, float]:
-            return time - zero, float(np.interp(time, raw.time[known], raw.sure[known]))
-
-        inferred = "" if each.record.timed else " (inferred)"
-        times = {"trigger": raw.contact.trigger, "first motion": raw.moves}
-        times[event + inferred] = each.contact.time
-        for name, time in times.items():
-            if np.isfinite(time):
-                label = "" if name in labels else name  # once for all poles
-                marks.append((*place(time), f"{name} {phase}".strip(), label, colours[phase]))
-                labels.add(name)
-        zone = spots.get(f"{tab.motion}_speed")
-        if zone:
-            zones.append((*place(zone[0]), *place(zone[1]), colours[phase]))
-    return {"marks": _columns(_MARK, marks), "zones": _columns(_ZONE, zones)}
-
-
-def _columns(names: Sequence[str], rows: Sequence[tuple]) -> dict[str, list]:
-    """Return rows as columns by name."""
-    return {name: [row[k] for row in rows] for k, name in enumerate(names)}
+    marks = []
+    for estimate in (one for one in estimates if one.record.raw is not None):
+        raw, phase = estimate.record.raw, estimate.record.operation.phase
+        inferred = "" if estimate.record.timed else " (inferred)"
+        times: dict[str, Any] = {
+            "trigger": [raw.contact.trigger],
+            "first motion": [raw.moves],
+            event + inferred: [estimate.contact.time],
+            "speed zone": spots_of(estimate).get(f"{tab.motion}_speed", [np.nan]),
+        }
+        known = np.isfinite(raw.sure)
+        for name, at in times.items():
+            if np.isfinite(at).all():
+                y = np.interp(at, raw.time[known], raw.sure[known])
+                x = np.asarray(at) - origins[id(estimate.record)]
+                about = {"name": name, "phase": phase, "colour": colours[phase]}
+                marks.append(about | {"x": x.tolist(), "y": y.tolist()})
+    return marks

@@ -2,8 +2,8 @@
 
 It listens at 127.0.0.1. An address with the token sets a cookie; without it nothing is answered,
 nor to a request that names another host or comes from another page. The content security policy
-lets no page load or send anything elsewhere. Styles may stand within a page, as Bokeh writes its
-own; scripts may not.
+lets no page load or send anything elsewhere, nor run a script that stands within it; tables bring
+their styles along.
 """
 
 import asyncio
@@ -145,7 +145,7 @@ class _Handler(tornado.web.RequestHandler):
     async def _answer(self, method: str, path: str) -> None:
         """Answer by a view on a worker, while other windows are answered."""
         name, _, rest = path[1:].partition("/")
-        view = views.VIEWS.get((method, name))
+        view, is_slow = views.VIEWS.get((method, name)), name in views.SLOW
         if view is None:
             raise tornado.web.HTTPError(404)
         reads, connection = method == "GET", self.request.connection
@@ -153,18 +153,20 @@ class _Handler(tornado.web.RequestHandler):
         def unless_gone() -> views.Answer:
             if reads and connection.stream.closed():
                 raise MissingError("nobody waits for this any more")
-            asked = views.Asked(self.page.session, rest, self._query, self.request)
             try:
-                return view.find(asked)
+                return view(views.Asked(self.page.session, rest, self._query, self.request))
             finally:
-                if view.is_slow:
+                if is_slow:
                     _release_memory()
 
-        worker = self.page.workers[view.is_slow]
+        worker = self.page.workers[is_slow]
         answer = await asyncio.get_running_loop().run_in_executor(worker, unless_gone)
-        for header, value in answer.headers.items():
-            self.set_header(header, value)
-        self.finish(answer.content)
+        if isinstance(answer, views.File):
+            self.set_header("Content-Type", f"{answer.kind}; charset=utf-8")
+            if answer.name:
+                self.set_header("Content-Disposition", f'attachment; filename="{answer.name}"')
+            answer = answer.content
+        self.finish(answer)
 
     @property
     def _query(self) -> dict[str, list[str]]:

@@ -1,6 +1,7 @@
 """What a page knows: the files of a folder, and inspections as the commands read and judge them."""
 
 import gc
+import json
 import os
 import re
 import shutil
@@ -8,10 +9,8 @@ import tempfile
 import threading
 import time
 from argparse import Namespace
-from collections import OrderedDict
-from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
-from concurrent.futures import Future
-from contextlib import contextmanager
+from collections import OrderedDict, defaultdict
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -21,7 +20,7 @@ from breaker.common.text import bare
 from breaker.diagnosis.report import Report, report_of
 from breaker.diagnosis.session import Diagnosis
 from breaker.page.catalogue import DROPPED, Inspection, find_files, inspections_of
-from breaker.page.choices import Choices, SettingRow, id_of, overlay_text, rows_of
+from breaker.page.choices import Choices, SettingRow, base_of, id_of, overlay_text, rows_of
 from breaker.page.types import read_types
 from breaker.records.description import describe_file
 from breaker.records.files import Files, printable
@@ -33,11 +32,9 @@ from breaker.records.settings import FORMAT
 from breaker.records.sheet import Sheet
 from breaker.records.table_proposal import Description
 
-_KEPT = 2  # inspections that are kept, so that going back to one is quick
-_OPEN = 1  # inspections whose files are kept open
+_KEPT = 2  # results of each kind that are kept, so that going back to an inspection is quick
 _LOOKS = 0.5  # s, for which files of a list are described before it is shown again
 _DROPPED = 256 * 2**20  # bytes of all dropped files: four of the largest records
-_NONE = {"reference": None, "tolerance": None}  # options that the page does not have
 _TRAVEL = "travel_column"  # it chooses among several channels, also where it is the base's
 
 
@@ -48,13 +45,11 @@ class Commands(NamedTuple):
         settings_of: Return the configuration of overlays.
         read_of: Return the ``Diagnosis`` of options, with files that are opened already.
         content_of: Return the bytes of a report by ending, and a remark.
-        write_lines: Write a text to a new file; takes its name, the text and the files read.
     """
 
     settings_of: Callable[[Sequence[str]], Mapping]
     read_of: Callable[[Namespace, Files], Diagnosis]
     content_of: Callable[[Report, str], tuple[bytes, str]]
-    write_lines: Callable[[str, str, Sequence[str]], str]
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,6 +63,7 @@ class Shown:
         remarks: Remarks on the proposal.
         trouble: Reason why nothing can be read; empty if it can.
         diagnosis: The inspection; None if there is trouble.
+        source: The diagnosis whose estimates and changes it has, as limits change neither.
         sheet: Contents of the first file, if it can be read.
         files: Its files, opened.
         state: State of the files as they were read.
@@ -79,6 +75,7 @@ class Shown:
     remarks: Sequence[str]
     trouble: str
     diagnosis: Diagnosis | None
+    source: Diagnosis | None
     sheet: Sheet | None
     files: Files
     state: str
@@ -129,16 +126,27 @@ class Session:
             os.listdir(named)  # one that may not be read is refused before a page is opened
         elif not os.path.exists(named):
             raise FileNotFoundError(f"there is no {printable(named)}; name a folder of exports")
-        self._kept: dict[str, OrderedDict[Hashable, Future]] = {}
-        self._lock = threading.Lock()
+        self._kept: dict[str, OrderedDict[Hashable, Any]] = defaultdict(OrderedDict)
+        self._lock = threading.RLock()
         self.types = self.config["types"] or os.path.abspath(types)
         self._described: dict[tuple, Description] = {}
+
+    def _once(self, kind: str, key: Hashable, find: Callable[[], Any]) -> Any:
+        """Return what was found before, or is found now, by one thread at a time."""
+        with self._lock:
+            kept = self._kept[kind]
+            if key not in kept:
+                kept[key] = find()
+            kept.move_to_end(key)
+            while len(kept) > _KEPT:
+                kept.popitem(last=False)
+            return kept[key]
 
     @property
     def config(self) -> Mapping:
         """The configuration of the command line."""
         states = tuple(map(_state, self.overlays))
-        return self._once("config", states, lambda: self.commands.settings_of(self.overlays), 1)
+        return self._once("config", states, lambda: self.commands.settings_of(self.overlays))
 
     # ---- the list ----
 
@@ -149,27 +157,34 @@ class Session:
             MissingError: If the folder is not there any more.
         """
         if os.path.isdir(self.named):
-            found = find_files(Path(self.named))
+            paths = find_files(Path(self.named))
         elif os.path.exists(self.named):
-            found = {id_of(Path(self.named).name): self.named}
+            paths = {id_of(Path(self.named).name): self.named}
         else:
             raise MissingError(
                 f"the folder {printable(self.named)} is not there any more: was it renamed, or its "
                 "disk removed? Put it back and load this page again"
             )
         dropped = find_files(self.dropped) if self.dropped.is_dir() else {}
-        return {id_of(f"{DROPPED}/{name}"): path for name, path in dropped.items()} | found
+        return {id_of(f"{DROPPED}/{name}"): path for name, path in dropped.items()} | paths
 
     def inspections(self, look: bool = True) -> list[Inspection]:
         """Return the inspections of the list. Files are described for half a second at most, so
         that the list is shown at once; those not described yet are ``seen`` later.
         """
-        files, found = self.files(), {}
+        files, about = self.files(), {}
         end = time.monotonic() + (_LOOKS if look else 0.0)
         for name, path in files.items():
             if _state(path) in self._described or time.monotonic() < end:
-                found[name] = self._description_of(path)
-        return inspections_of(files, found)
+                about[name] = self._description_of(path)
+        key = tuple(files), tuple(map(id, about.values()))
+        return self._once("list", key, lambda: inspections_of(files, about))
+
+    def _description_of(self, path: str) -> Description:
+        state = _state(path)
+        if state not in self._described:
+            self._described[state] = Description() if os.path.isdir(path) else describe_file(path)
+        return self._described[state]
 
     def drop(self, parts: Sequence[tuple[str, bytes]]) -> None:
         """Keep files that were dropped on the page together, for this session alone. Each drop has
@@ -183,20 +198,20 @@ class Session:
         if kept + sum(len(content) for _, content in parts) > _DROPPED:
             limit = f"more than {_DROPPED // 2**20} MiB are dropped"
             raise ValueError(f"{limit}; start breaker view with their folder")
-        for name, _ in parts:
+        names = [name for name, _ in parts]
+        for name in names:
             if Path(name).name != name or name in ("", ".", "..") or "\0" in name:
                 raise ValueError(f"{printable(name)} is no name of a file; drop files, not folders")
         folder = Path(tempfile.mkdtemp(prefix="", dir=self.dropped))
-        for name, content in parts:
-            place, number = folder / name, 2
-            while place.exists():
-                place = folder / f"{Path(name).stem} ({number}){Path(name).suffix}"
-                number += 1
-            place.write_bytes(content)
+        for k, (name, content) in enumerate(parts):
+            again = f" ({k + 1})" if name in names[:k] else ""
+            place = folder / f"{Path(name).stem}{again}{Path(name).suffix}"
+            with place.open("xb") as file:
+                file.write(content)
         if not find_files(folder):
             shutil.rmtree(folder)
-            names = ", ".join(printable(name) for name, _ in parts)
-            raise ValueError(f"{names}: no export among them; drop text, Excel or COMTRADE files")
+            listed = ", ".join(map(printable, names))
+            raise ValueError(f"{listed}: no export among them; drop text, Excel or COMTRADE files")
 
     # ---- an inspection ----
 
@@ -212,17 +227,15 @@ class Session:
             MissingError: If a file is not, or no longer, in the list.
             ConfigurationError, OSError, ValueError: If the configuration is wrong.
         """
-        files, before = (self._paths(some) for some in (choices.files, choices.before))
-        named = (*files, *before, *self.overlays, self.types)
-        states = tuple(map(_state, named))  # the last one is that of the types
-        now = f"{hash(states) & 0xFFFFFFFFFFFF:x}"
+        files, before = (self._paths(names) for names in (choices.files, choices.before))
+        states = tuple(map(_state, (*files, *before, *self.overlays)))
+        now = f"{hash((states, _state(self.types))) & 0xFFFFFFFFFFFF:x}"
         if state not in ("", now):
             raise ChangedError("a file has changed since this page was shown: load the page again")
-        opened = self._once("files", states[:-1], Files, _OPEN)
-        same = choices.query, states[:-1]
-        find = lambda: self._read(choices, files, before, opened, now, same)  # noqa: E731
-        found = self._once("shown", (choices.query, states), find, _KEPT)
-        return self._once("shown", (found.choices.query, states), lambda: found, _KEPT)
+        opened = self._once("files", states, Files)
+        find = lambda: self._read(choices, files, before, opened, now)  # noqa: E731
+        shown = self._once("shown", (choices.query, now), find)
+        return self._once("shown", (shown.choices.query, now), lambda: shown)
 
     def _paths(self, identities: Sequence[str]) -> list[str]:
         """Return the paths of files."""
@@ -235,64 +248,55 @@ class Session:
         return [files[name] for name in identities]
 
     def _read(
-        self,
-        choices: Choices,
-        files: list[str],
-        before: list[str],
-        opened: Files,
-        state: str,
-        same: Hashable,
+        self, choices: Choices, files: list[str], before: list[str], opened: Files, state: str
     ) -> Shown:
-        config = self.config
-        first = files[0] if not os.path.isdir(files[0]) else next(iter(record_files(files[0])), "")
-        sheet, proposal, trouble = _propose(first, opened, config)
+        config, first = self.config, files[0]
         own = config["endurance"]["format"]
-        configured = proposal is None or own != FORMAT
-        base = {**FORMAT, **own}
-        if not configured:
-            base |= {**proposal.settings, **dict.fromkeys(proposal.lacking)}
+        if os.path.isdir(first):
+            first = next(iter(record_files(first)), "")
+        sheet, proposal, trouble = _propose(first, opened, config)
+        if own != FORMAT:  # the user's settings count, not the proposed ones
+            proposal = None
+        name = self.type_of(choices, files)
+        types = read_types(self.types, config)
+        entry = next((some for known, some in types.items() if bare(known) == bare(name)), None)
+        base = base_of(own, proposal)
         chosen = {k: v for k, v in choices.settings.items() if v != base[k] or k == _TRAVEL}
         choices = choices._replace(settings=chosen)
-        name = self.type_of(choices, files)
-        types = read_types(self.types, config).items()
-        known = [entry for each, entry in types if bare(each) == bare(name)]
-        if {"ratio", "travel_unit", _TRAVEL} & {*chosen, *(known[0] if known else ())}:
+        if {"ratio", "travel_unit", _TRAVEL} & {*chosen, *(entry or ())}:
             base["stroke"] = FORMAT["stroke"]  # the proposal's is of its own scale
-        form = {key: v for key, v in {**base, **chosen}.items() if v != own[key]}
-        of_types = self.types if known or (not name and os.path.exists(self.types)) else None
+        form = {key: value for key, value in {**base, **chosen}.items() if value != own[key]}
+        of_types = self.types if entry is not None or (types and not name) else None
         overlay = overlay_text(form, of_types)
-        channels, diagnosis = [str(chosen[_TRAVEL])] if _TRAVEL in chosen else [], None
-        about = {"files": files, "before": before, "channel": channels, "type": name * bool(known)}
+        about = {"files": files, "before": before, "type": name if entry is not None else ""}
+        about["channel"] = [str(chosen[_TRAVEL])] if _TRAVEL in chosen else []
+        diagnosis = source = None
         try:
-            with self._overlay(overlay) as written:
-                options = Namespace(**about, **_NONE, config=written, same_transducer=choices.same)
-                diagnosis = self.commands.read_of(options, opened)
-                diagnosis = self._with_other_limits(diagnosis, same)
-                trouble = ""
+            diagnosis, source = self._diagnose(about, choices.same, overlay, opened)
+            trouble = ""
         except (ValueError, OSError) as error:
             trouble = re.sub(rf"{re.escape(str(self.own))}\S*/my\.yaml, line \d+: ", "", str(error))
-        rows = rows_of(base, None if configured else proposal, sheet, chosen, diagnosis)
-        wrong = [key for key in chosen if f"endurance.format.{key} " in trouble]
-        rows = [
-            row._replace(state="missing", reason=trouble) if row.key in wrong else row
-            for row in rows
-        ]
-        rows.sort(key=lambda row: row.key not in wrong)
+        rows = rows_of(base, proposal, sheet, chosen, diagnosis, trouble)
         remarks = proposal.remarks if proposal else ()
-        about = diagnosis, sheet, opened, state
-        return Shown(choices, overlay, rows, remarks, trouble, *about)
+        results = trouble, diagnosis, source, sheet
+        return Shown(choices, overlay, rows, remarks, *results, opened, state)
 
-    def _with_other_limits(self, new: Diagnosis, same: Hashable) -> Diagnosis:
-        """Return a diagnosis; if nothing but its limits changed, with the estimates of before."""
-        old = self._once("estimated", same, lambda: new, _KEPT)
-        about = [{**each.config, "limits": None, "types": None} for each in (old, new)]
-        if old is new or about[0] != about[1]:
-            self._kept["estimated"].pop(same, None)
-            return self._once("estimated", same, lambda: new, _KEPT)
-        found = replace(new, records=old.records)  # to which the estimates belong
-        if "estimates" in vars(old):
-            vars(found)["estimates"] = old.estimates
-        return found
+    def _diagnose(
+        self, about: Mapping[str, Any], same: bool, overlay: str, opened: Files
+    ) -> tuple[Diagnosis, Diagnosis]:
+        """Return the inspection, and the one of the same files and settings, apart from limits,
+        whose records it has.
+        """
+        with tempfile.TemporaryDirectory(dir=self.own) as folder:
+            file = Path(folder, "my.yaml")
+            file.write_text(overlay, encoding="utf-8")
+            options = {**about, "same_transducer": same, "config": [*self.overlays, str(file)]}
+            options |= {"reference": None, "tolerance": None}  # options that the page does not have
+            new = self.commands.read_of(Namespace(**options), opened)
+        settings = {**new.config, "limits": None, "types": None}
+        key = opened, json.dumps([about, same, settings], default=str)
+        source = self._once("source", key, lambda: new)
+        return replace(new, records=source.records, before=source.before), source
 
     def type_of(self, choices: Choices, files: Sequence[str] = ()) -> str:
         """Return the type of the breaker: the one that is chosen, or else stated by its file."""
@@ -301,71 +305,33 @@ class Session:
             return choices.type
         return self._description_of(first).preamble.type
 
-    def _description_of(self, path: str) -> Description:
-        state = _state(path)
-        if state not in self._described:
-            self._described[state] = Description() if os.path.isdir(path) else describe_file(path)
-        return self._described[state]
-
-    def diagnosis(self, choices: Choices, state: str = "") -> Diagnosis:
-        """Return an inspection; raise as ``shown``, and ValueError if nothing can be used."""
+    def measured(self, choices: Choices, state: str = "") -> Diagnosis:
+        """Return an inspection without the model's answer; raise as ``shown``, and ValueError if
+        nothing can be used.
+        """
         shown = self.shown(choices, state)
         if shown.diagnosis is None:
             raise ValueError(shown.trouble)
+        find = lambda: replace(shown.diagnosis, families=tuple)  # noqa: E731
+        return self._once("measured", shown.diagnosis, find)
+
+    def complete(self, choices: Choices, state: str = "") -> Diagnosis:
+        """Return an inspection with the model's answer and changes; raise as ``measured``."""
+        self.measured(choices, state)  # what is wrong with the records is said before
+        shown = self.shown(choices, state)
+        inferred = {"estimates": shown.source.estimates, "changes": shown.source.changes}
+        vars(shown.diagnosis).update(inferred)
         return shown.diagnosis
 
-    def measured(self, choices: Choices, state: str = "") -> Diagnosis:
-        """Return an inspection without the model's answer; raise as ``diagnosis``."""
-        found = self.diagnosis(choices, state)
-        return self._once("measured", found, lambda: replace(found, families=tuple), _KEPT)
-
-    def sheet(self, choices: Choices, state: str, ending: str) -> bytes:
-        """Return the sheet of an inspection, as ``breaker report`` writes it.
-
-        Raises:
-            ValueError: If there is none, or it is to be a PDF and WeasyPrint is not installed.
+    def sheet(self, choices: Choices, state: str) -> bytes:
+        """Return the sheet of an inspection, as ``breaker report`` writes it; raise as
+        ``measured``.
         """
         try:
-            return self.commands.content_of(report_of(self.diagnosis(choices, state)), ending)[0]
+            report = report_of(self.complete(choices, state))
+            return self.commands.content_of(report, ".html")[0]
         finally:
             gc.collect()  # the figures of a sheet hold themselves, 20 MB of them
-
-    def save(self, choices: Choices, name: str) -> str:
-        """Write the settings of a page to a new file.
-
-        Raises:
-            OSError, ValueError: If it cannot or must not be written there.
-        """
-        text = self.shown(choices).overlay
-        return self.commands.write_lines(name, text, [self.named, *self.overlays])
-
-    @contextmanager
-    def _overlay(self, text: str) -> Iterator[list[str]]:
-        """Yield the overlays, with lines of YAML in a file behind them."""
-        with tempfile.TemporaryDirectory(dir=self.own) as folder:
-            file = Path(folder, "my.yaml")
-            file.write_text(text, encoding="utf-8")
-            yield [*self.overlays, str(file)]
-
-    def _once(self, kind: str, key: Hashable, find: Callable[[], Any], most: int) -> Any:
-        """Return what was found before, or is found now; ``most`` of a kind are kept. Whoever asks
-        for what is being found waits for it, and nobody else does.
-        """
-        with self._lock:
-            kept = self._kept.setdefault(kind, OrderedDict())
-            new = key not in kept
-            found = kept.setdefault(key, Future())
-            kept.move_to_end(key)
-            if len(kept) > most:
-                kept.popitem(last=False)
-        if new:
-            try:
-                found.set_result(find())
-            except BaseException as error:
-                with self._lock:
-                    kept.pop(key, None)
-                found.set_exception(error)
-        return found.result()
 
 
 def _propose(

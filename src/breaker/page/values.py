@@ -1,21 +1,22 @@
 """The table of an inspection: values of all poles, their limits and verdicts, as text."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from breaker.common.document import Cell, tone_of
-from breaker.common.numerals import first_of, in_digits
+from breaker.common.document import Cell
+from breaker.common.numerals import in_digits
 from breaker.diagnosis.estimate import Estimate
 from breaker.diagnosis.limits import VERDICTS, worst
-from breaker.diagnosis.result import RecordResult, Result, accepted
+from breaker.diagnosis.result import RecordResult
 from breaker.diagnosis.session import Diagnosis
 from breaker.diagnosis.tables import RESULTS, simultaneity_in_words
 from breaker.model.quantities import INFERRED, OF_STROKE, in_words
 from breaker.page.curves import Tab, origins_of, spots_of
 
-_NAMED = 4  # values in the verdict; the table shows all of them
+Limits = Sequence[Mapping[str, Any] | None]
+"""The limit on a quantity of each pole; None where there is none."""
 
 
 class Value(NamedTuple):
@@ -25,30 +26,32 @@ class Value(NamedTuple):
 
     text: str
     tone: str
-    spot: tuple[float, ...]
+    spot: Sequence[float] = ()
 
 
 class Row(NamedTuple):
-    """A quantity of a tab.
+    """A quantity of a tab, or a limit that no quantity of the tab has alone.
 
     Attributes:
-        name, words, unit, zone: Name, name in words, unit, and zone of a speed.
-        values, half: Value of each phase, and half of the widest 95 % interval.
+        words, about: Name in words, and the zone of a speed or the words of the limit.
+        values: Value of each phase.
+        verdict: Verdict on it; empty without a limit.
+        key: Key by which its limit is set; empty where the page sets none.
+        half, unit: Half of the widest 95 % interval, and unit.
         low, high: Bounds of its limit, as texts; empty for none.
         deviation: How far the worst pole is from the middle of its bounds, or beyond its bound.
-        verdict: Verdict on it; empty without a limit.
     """
 
-    name: str
     words: str
-    unit: str
-    zone: str
+    about: str
     values: Sequence[Value]
-    half: str
-    low: str
-    high: str
-    deviation: str
     verdict: str
+    key: str = ""
+    half: str = ""
+    unit: str = ""
+    low: str = ""
+    high: str = ""
+    deviation: str = ""
 
 
 class TabValues(NamedTuple):
@@ -66,42 +69,50 @@ class TabValues(NamedTuple):
     zone: Sequence[str]
 
 
-def table_of(tab: Tab, estimates: Sequence[Estimate], diagnosis: Diagnosis) -> TabValues:
+def table_of(tab: Tab, diagnosis: Diagnosis) -> TabValues:
     """Return the table of a tab."""
-    results = dict(zip(map(id, diagnosis.estimates), diagnosis.result["records"], strict=True))
-    pairs = [(each, results[id(each)]) for each in estimates]
-    used = [(each, record) for each, record in pairs if record["accepted"]]
-    records = [record for _, record in used]
-    phases = [record.get("phase") or "value" for record in records]
-    names = dict.fromkeys(name for record in records for name in record["quantities"])
-    origins, _ = origins_of(tab)
-    spots = [
-        {
-            name: [t - origins[id(each.record)] for t in ends]
-            for name, ends in spots_of(each).items()
-        }
-        for each, _ in used
+    pairs = [
+        (estimate, record)
+        for estimate, record in zip(diagnosis.estimates, diagnosis.result["records"], strict=True)
+        if estimate.record in tab.records
     ]
+    used = [(estimate, record) for estimate, record in pairs if record["accepted"]]
+    records, (origins, _) = [record for _, record in used], origins_of(tab)
+    spots = [_shifted(estimate, origins[id(estimate.record)]) for estimate, _ in used]
+    names = dict.fromkeys(name for record in records for name in record["quantities"])
     rows, missing = [], {}
     for name in (name for name in names if name not in INFERRED):
         values = [record["quantities"].get(name, {}) for record in records]
         if any("interval_95" in value for value in values):
-            rows.append(_row(name, values, records, spots))
+            rows.append(_row(name, tab.motion, values, records, spots))
         else:
             missing[in_words(name)] = str(next(v["reason"] for v in values if "reason" in v))
+    shown = {row.key.rpartition(" ")[2] for row in rows}
     poles = [
-        simultaneity_in_words(each)
-        for each in diagnosis.result["simultaneity"]
-        if records and (each["motion"], each["operation"]) == (tab.motion, records[0]["operation"])
+        simultaneity_in_words(one)
+        for one in diagnosis.result["simultaneity"]
+        if records and (one["motion"], one["operation"]) == (tab.motion, records[0]["operation"])
     ]
-    rejected = [str(record["reason"]) for _, record in pairs if not record["accepted"]]
-    zone = diagnosis.config["speeds"].get(f"{tab.motion}_speed") or ("", "")
-    about = phases, rows, missing, poles, rejected, zone
-    return TabValues(tab.title, tab.motion, *about)
+    return TabValues(
+        tab.title,
+        tab.motion,
+        phases=[record.get("phase") or "value" for record in records],
+        rows=[*rows, *_other_limits(records, shown)],
+        missing=missing,
+        simultaneity=poles,
+        rejected=[str(record["reason"]) for _, record in pairs if not record["accepted"]],
+        zone=diagnosis.config["speeds"].get(f"{tab.motion}_speed") or ("", ""),
+    )
+
+
+def _shifted(estimate: Estimate, zero: float) -> dict[str, list[float]]:
+    """Return where quantities are measured, in times of the tab."""
+    return {name: [time - zero for time in ends] for name, ends in spots_of(estimate).items()}
 
 
 def _row(
     name: str,
+    motion: str,
     values: Sequence[Mapping],
     records: Sequence[RecordResult],
     spots: Sequence[Mapping[str, Sequence[float]]],
@@ -109,71 +120,62 @@ def _row(
     limits = [_limit_on(name, record) for record in records]
     about = next(value for value in values if "unit" in value)
     bounds = next((limit["parts"][0]["bounds"] for limit in limits if limit), [None, None])
-    cells, halves = [], []
+    cells = []
     for value, limit, own in zip(values, limits, spots, strict=True):
-        if "interval_95" not in value:
-            cells.append(Value("–", "faint", ()))
-            continue
-        halves.append(float(np.ptp(value["interval_95"])) / 2.0)
-        text = in_digits(value["median"], 4) + "*" * (value["source"] == "mixed")
-        tone = tone_of(RESULTS[limit["verdict"]]) if limit else ""
-        cells.append(Value(text, tone, tuple(own.get(name, ()))))
-    verdict = worst(limit["verdict"] for limit in limits if limit)
-    known = [value["median"] for value in values if value.get("median") is not None]
-    ends = ["" if bound is None else in_digits(bound, 6) for bound in bounds]
-    words = in_words(name)
-    zone = value_zone if name not in OF_STROKE and (value_zone := about.get("zone")) else ""
-    deviation = _deviation(known, bounds)
-    half = in_digits(max(halves), 2)
-    return Row(name, words, about["unit"], zone, cells, half, *ends, deviation, verdict)
+        if "interval_95" in value:
+            text = in_digits(value["median"], 4) + "*" * (value["source"] == "mixed")
+            tone = RESULTS[limit["verdict"]].tone if limit else ""
+            cells.append(Value(text, tone, own.get(name, ())))
+        else:
+            cells.append(Value("–", "faint"))
+    known = [value for value in values if "interval_95" in value]
+    half = max(float(np.ptp(value["interval_95"])) / 2.0 for value in known)
+    low, high = ("" if bound is None else in_digits(bound, 6) for bound in bounds)
+    return Row(
+        in_words(name),
+        "" if name in OF_STROKE else about.get("zone", ""),
+        cells,
+        worst(limit["verdict"] for limit in limits if limit),
+        key=f"limits.{motion} {name}",
+        half=in_digits(half, 2),
+        unit=about["unit"],
+        low=low,
+        high=high,
+        deviation=_deviation([value["median"] for value in known], *bounds),
+    )
 
 
 def _limit_on(name: str, record: RecordResult) -> Mapping[str, Any] | None:
-    """Return the limit on a quantity alone, of a record."""
-    alone = [each for each in record.get("limits", ()) if len(each["parts"]) == 1]
-    found = [each for each in alone if each["parts"][0]["quantity"] == name]
-    return max(found, key=lambda each: VERDICTS.index(each["verdict"]), default=None)
+    """Return the limit on a quantity alone, of a record; of several the one of worst verdict."""
+    alone = [limit for limit in record.get("limits", ()) if len(limit["parts"]) == 1]
+    limits = [limit for limit in alone if limit["parts"][0]["quantity"] == name]
+    return max(limits, key=lambda limit: VERDICTS.index(limit["verdict"]), default=None)
 
 
-def _deviation(values: Iterable[float], bounds: Sequence[float | None]) -> str:
+def _other_limits(records: Sequence[RecordResult], shown: set[str]) -> Iterator[Row]:
+    """Yield a row for each limit on several quantities, or on one that has no row."""
+    groups: dict[str, list[tuple[int, Mapping]]] = {}
+    for k, record in enumerate(records):
+        for limit in record.get("limits", ()):
+            if len(limit["parts"]) > 1 or limit["parts"][0]["quantity"] not in shown:
+                groups.setdefault(limit["name"], []).append((k, limit))
+    for name, some in groups.items():
+        cells = [Value("–", "faint")] * len(records)
+        for k, limit in some:
+            result = RESULTS[limit["verdict"]]
+            cells[k] = Value(result, result.tone)
+        verdict = worst(limit["verdict"] for _, limit in some)
+        yield Row(name.replace("_", " "), f"fails where {some[0][1]['words']}", cells, verdict)
+
+
+def _deviation(values: Sequence[float], low: float | None, high: float | None) -> str:
     """Return the largest deviation from the middle of two bounds in percent of it, or from one."""
-    low, high = bounds
-    if low is high is None:
+    if low is None and high is None:
         return ""
-    if None in bounds:
-        bound = high if low is None else low
-        off = max((value - bound for value in values), key=lambda e: e if low is None else -e)
-        return in_digits(off, 2, sign=True)
+    if low is None:
+        return in_digits(max(values) - high, 2, sign=True)
+    if high is None:
+        return in_digits(min(values) - low, 2, sign=True)
     middle = 0.5 * (low + high)
     off = max((value - middle for value in values), key=abs)
     return in_digits(100.0 * off / middle, 2, sign=True) + " %" if middle else ""
-
-
-def verdict_in_words(result: Result) -> tuple[str, str]:
-    """Return the verdict on all limits, "" without one, and what decides it."""
-    verdict = result["verdict"] or ""
-    if not verdict:
-        return "", "Set limits in the table."
-    texts, records = [], accepted(result)
-    for record in records:
-        for limit in record.get("limits", ()):
-            if limit["verdict"] == verdict:
-                part, phase = limit["parts"][0], record.get("phase", "")
-                name = in_words(part["quantity"])
-                name = name if record["motion"] in name else f"{record['motion']} {name}"
-                ends = [in_digits(b, 6) if b is not None else "" for b in part["bounds"]]
-                bounds = (
-                    " to ".join(filter(None, ends))
-                    if all(ends)
-                    else (f"at least {ends[0]}" if ends[0] else f"at most {ends[1]}")
-                )
-                value = "–" if part["value"] is None else in_digits(part["value"], 4)
-                texts.append(f"{name} {phase}".strip() + f" {value} {part['unit']} ({bounds})")
-    texts += [
-        simultaneity_in_words(poles)
-        for poles in result["simultaneity"]
-        if poles.get("verdict") == verdict
-    ]
-    if verdict == "pass":
-        return verdict, f"{len(texts)} values within their limits"
-    return verdict, first_of(texts, _NAMED)

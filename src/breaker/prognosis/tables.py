@@ -1,6 +1,6 @@
 """Tables of a life, and the first page above them: what to do, and why.
 
-After each operation, of each limit and of each change; docs/decisions.md explains the columns.
+One row for each operation, limit or change. docs/reference/life-tables.md explains the columns.
 """
 
 from collections.abc import Mapping

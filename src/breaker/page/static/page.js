@@ -3,22 +3,23 @@
 
 const byId = (id) => document.getElementById(id);
 const all = (selector, within = document) => [...within.querySelectorAll(selector)];
-const busy = (text) => { byId("busy").textContent = text; };
-const dark = matchMedia("(prefers-color-scheme: dark)");
+const say = (text) => { byId("busy").textContent = text; };
+const parsed = (html) => new DOMParser().parseFromString(html, "text/html");
 
 async function ask(address, options) {
-  let got;
+  let answer;
   try {
-    got = await fetch(address, options);
+    answer = await fetch(address, options);
   } catch {
     throw new Error("breaker view does not answer: was it ended? Start it again in the terminal");
   }
-  if (got.ok) return got;
-  const page = new DOMParser().parseFromString(await got.text(), "text/html");
-  throw new Error(page.getElementById("error")?.textContent ?? `error ${got.status}`);
+  if (answer.ok) return answer;
+  const text = parsed(await answer.text()).getElementById("error")?.textContent;
+  throw Object.assign(new Error(text ?? `error ${answer.status}`), { status: answer.status });
 }
 
-const post = async (address, body) => (await ask(address, { method: "POST", body })).json();
+const json = async (address, options) => (await ask(address, options)).json();
+const post = (address, body) => json(address, { method: "POST", body });
 
 // ---- the list ----
 
@@ -26,24 +27,22 @@ let sorted = { column: null, sign: 1 };
 
 async function fillList() {
   for (;;) {
-    const list = byId("list");
+    const list = byId("list"), { seen, count } = list.dataset;
     arrange();
-    if (Number(list.dataset.seen) >= Number(list.dataset.count)) break;
-    byId("progress").textContent = `read the headers of ${list.dataset.seen} of ${list.dataset.count} files`;
-    const page = new DOMParser().parseFromString(await (await ask("/?look=1")).text(), "text/html");
-    const before = document.activeElement?.closest("tr")?.dataset.query;
-    list.replaceWith(page.getElementById("list"));
-    if (before) all("tr").find((row) => row.dataset.query === before)?.querySelector("a").focus();
+    if (seen === count) break;
+    byId("progress").textContent = `read the headers of ${seen} of ${count} files`;
+    const focused = document.activeElement?.closest("tr")?.dataset.query;
+    list.replaceWith(parsed(await (await ask("/?look=1")).text()).getElementById("list"));
+    if (focused) all("tr").find((row) => row.dataset.query === focused)?.querySelector("a").focus();
   }
   const rows = all("#list tr[data-query]").filter((row) => !row.dataset.verdict);
   for (const [k, row] of rows.entries()) {
     byId("progress").textContent = `judged ${k} of ${rows.length} inspections`;
-    const found = await (await ask(`/verdict?${row.dataset.query}`)).json();
-    row.dataset.verdict = found.verdict;
+    const { verdict, text } = await json(`/verdict?${row.dataset.query}`);
+    row.dataset.verdict = verdict;
     const cell = row.querySelector(".verdict");
-    const word = { fail: "FAIL: ", inconclusive: "inconclusive: ", pass: "pass: ", none: "no limits", unread: "not readable: " };
-    cell.textContent = word[found.verdict] + found.text;
-    cell.className = `verdict ${{ fail: "bad", pass: "good", inconclusive: "doubt" }[found.verdict] ?? "faint"}`;
+    cell.textContent = text;
+    cell.className = `verdict ${verdict}`;
     arrange();
   }
   byId("progress").textContent = "";
@@ -70,9 +69,13 @@ async function drop(files) {
   if (!files.length) return;
   const body = new FormData();
   for (const file of files) body.append("file", file);
-  busy("reading ...");
-  await post("/drop", body);
-  location.assign("/");
+  say("reading ...");
+  try {
+    await post("/drop", body);
+    location.assign("/");
+  } catch (error) {
+    say(error.message);
+  }
 }
 
 function prepareList() {
@@ -84,97 +87,89 @@ function prepareList() {
     sorted = { column, sign: sorted.column === column ? -sorted.sign : 1 };
     arrange();
   });
-  byId("add").addEventListener("change", (event) => drop(event.target.files).catch((error) => busy(error.message)));
-  fillList().catch((error) => busy(error.message));
+  byId("add").addEventListener("change", (event) => drop(event.target.files));
+  fillList().catch((error) => say(error.message));
 }
 
 // ---- an inspection ----
 
-const views = new Map(); // documents of Bokeh by tab
+const plots = new Map(); // by tab
 let marks = [], tab = 0;
 
 const query = () => byId("screen").dataset.query;
 
-function change(name, values) { // all models of a name
-  for (const model of views.get(tab)?._all_models.values() ?? []) if (model.name === name) Object.assign(model, values);
+function openWithType(type) { // the same inspection, in its present state
+  const now = new URLSearchParams(query());
+  now.delete("state");
+  now.set("type", type);
+  location.replace(`/inspection?${now}`);
 }
 
 async function showTab(number) {
   tab = number;
-  for (const each of all("[role=tab]")) each.setAttribute("aria-selected", String(Number(each.dataset.tab) === tab));
-  for (const each of all(".values")) each.hidden = Number(each.dataset.tab) !== tab;
-  for (const each of all(".plot")) each.hidden = Number(each.dataset.tab) !== tab;
-  if (!byId(`plot${tab}`)) {
+  for (const button of all("[role=tab]")) button.setAttribute("aria-selected", String(Number(button.dataset.tab) === tab));
+  for (const part of all(".values, .plot")) part.hidden = Number(part.dataset.tab) !== tab;
+  if (!plots.has(tab)) {
     const place = document.createElement("div");
     Object.assign(place, { id: `plot${tab}`, className: "plot" });
     place.dataset.tab = tab;
     byId("curves").append(place);
-    const item = await (await ask(`/curves?${query()}&tab=${tab}${dark.matches ? "&dark=1" : ""}`)).json();
-    const manager = await Bokeh.embed.embed_item(item, place.id);
-    const root = manager.roots[0].model;
-    views.set(number, root.document);
-    for (const model of root.document._all_models.values()) {
-      if (model.name === "over time") model.on_event("tap", (event) => setCursor(event.x, event.modifiers?.shift));
-    }
+    plots.set(tab, null); // it is on its way
+    const data = await json(`/curves?${query()}&tab=${number}`);
+    plots.set(number, new Plot(place, data, showReadings));
+    byId("notes").textContent = data.notes.join(" ");
   }
-  if (marks[tab]) for (const [name, data] of Object.entries(marks[tab])) change(name, { data });
+  addMarks();
 }
 
-const cursors = [null, null];
+function addMarks() {
+  for (const [number, plot] of plots) if (plot && marks[number]) {
+    plot.marks = marks[number];
+    plot.draw();
+  }
+}
 
-function setCursor(x, second) {
-  cursors[second ? 1 : 0] = x;
-  cursors.forEach((at, k) => change(`cursor${k + 1}`, { location: at, visible: at !== null }));
-  const [one, two] = cursors, words = [];
-  for (const [k, at] of cursors.entries()) if (at !== null) words.push(`${k + 1}: ${at.toFixed(2)} ms ${read(at)}`);
-  if (one !== null && two !== null) words.push(`apart: ${(two - one).toFixed(2)} ms`);
+function showReadings(cursors, travels) {
+  const words = [];
+  for (const [k, at] of cursors.entries()) if (at !== null) {
+    const values = travels(at).map(([phase, travel]) => `${phase} ${travel?.toFixed(2) ?? "–"} mm`);
+    words.push(`${k + 1}: ${at.toFixed(2)} ms ${values.join(", ")}`);
+  }
+  if (!cursors.includes(null)) words.push(`difference: ${(cursors[1] - cursors[0]).toFixed(2)} ms`);
   byId("readings").textContent = words.join("; ");
 }
 
-function read(at) { // travels at the sample nearest to a cursor
-  const found = [];
-  for (const model of views.get(tab)._all_models.values()) {
-    const { x, y } = model.data instanceof Map ? Object.fromEntries(model.data) : model.data ?? {};
-    if (!model.name?.endsWith(" travel") || !x?.length) continue;
-    let best = 0;
-    for (let k = 0; k < x.length; k++) if (Math.abs(x[k] - at) < Math.abs(x[best] - at)) best = k;
-    found.push(`${model.name.replace(/ ?travel$/, "")} ${Number(y[best]).toFixed(2)} mm`.trim());
-  }
-  return found.join(", ");
+function showSpot(button) { // where a value was measured
+  for (const other of all(".spot[aria-pressed]")) other.removeAttribute("aria-pressed");
+  button.setAttribute("aria-pressed", "true");
+  const plot = plots.get(tab);
+  if (!plot) return;
+  plot.spot = [Number(button.dataset.from), Number(button.dataset.to)];
+  plot.draw();
 }
 
-function put(answer) {
-  for (const [id, html] of Object.entries(answer.parts)) {
-    if (id === "model" && !html) continue;
-    byId(id).replaceChildren(...new DOMParser().parseFromString(html, "text/html").body.childNodes);
+function put({ parts, remarks, marks: found }) {
+  const { ariaLabel, value } = document.activeElement; // of a limit that is being typed
+  for (const [id, html] of Object.entries(parts)) byId(id).replaceChildren(...parsed(html).body.childNodes);
+  byId("remarkcount").textContent = remarks;
+  byId("remarkbox").hidden = !remarks;
+  for (const table of all(".values")) table.hidden = Number(table.dataset.tab) !== tab;
+  const typed = all(".values:not([hidden]) input").find((field) => field.ariaLabel === ariaLabel);
+  if (typed) {
+    typed.focus();
+    typed.value = value;
   }
-  byId("remarkcount").textContent = answer.counts.remarks;
-  byId("remarkbox").hidden = !answer.counts.remarks;
-  marks = answer.marks;
-  for (const each of all(".spot")) each.addEventListener("click", () => showSpot(each));
-}
-
-function showSpot(button) {
-  for (const each of all(".spot")) each.setAttribute("aria-pressed", String(each === button));
-  change("spot", { left: Number(button.dataset.from), right: Number(button.dataset.to), visible: true });
+  marks = found;
+  addMarks();
 }
 
 async function saveLimit(event) {
-  const parts = all("input", event.target.closest("tr, p, span")), type = byId("type").value.trim();
-  const key = parts[0].dataset.key, ends = parts.map((part) => part.value.trim());
-  const zone = event.target.className === "zone";
-  if (zone && ends.some((end) => !end) && ends.some(Boolean)) {
-    byId("said").textContent = "Write both ends of the zone.";
-    return;
-  }
+  const fields = all("input", event.target.closest("tr, p, span")), type = byId("type").value.trim();
+  const key = fields[0].dataset.key, ends = fields.map((field) => field.value.trim());
   try {
-    const body = JSON.stringify({ type, key, ends });
-    const said = (await post("/set", body)).text;
-    const now = new URLSearchParams(query());
-    now.delete("state");
-    now.set("type", type);
-    location.replace(`/inspection?${now}`);
-    byId("said").textContent = said;
+    if (event.target.matches(".zone") && ends.some((end) => !end) && ends.some(Boolean)) throw new Error("Write both ends of the zone.");
+    byId("said").textContent = (await post("/set", JSON.stringify({ type, key, ends }))).text;
+    openWithType(type);
   } catch (error) {
     byId("said").textContent = error.message;
     byId("said").className = "bad";
@@ -182,47 +177,48 @@ async function saveLimit(event) {
   }
 }
 
+async function saveSheet() {
+  say("The sheet is being made ...");
+  try {
+    const link = document.createElement("a");
+    link.href = URL.createObjectURL(await (await ask(`/sheet?${query()}`)).blob());
+    link.download = "sheet.html";
+    link.click();
+    say("");
+  } catch (error) {
+    say(error.message);
+  }
+}
+
 async function fillInspection() {
   await showTab(0).catch((error) => { byId("curves").textContent = error.message; });
   document.body.dataset.drawn = Math.round(performance.now());
   if (byId("screen").hasAttribute("data-trouble")) return;
-  put(await (await ask(`/values?${query()}`)).json());
-  await showTab(tab);
+  put(await json(`/values?${query()}`));
   document.body.dataset.measured = Math.round(performance.now());
-  put(await (await ask(`/model?${query()}&model=1`)).json());
-  await showTab(tab);
+  addEventListener("focus", renew);
+  put(await json(`/model?${query()}`));
   document.body.dataset.complete = Math.round(performance.now());
+}
+
+async function renew() { // another window may have changed limits, and a program the files
+  await ask(`/values?${query()}`).catch((error) => { if (error.status === 409) location.reload(); });
 }
 
 function prepareInspection() {
   document.addEventListener("change", (event) => { if (event.target.matches(".limit, .zone")) saveLimit(event); });
-  for (const each of all("[role=tab]")) each.addEventListener("click", () => showTab(Number(each.dataset.tab)));
+  document.addEventListener("click", (event) => { if (event.target.matches(".spot")) showSpot(event.target); });
+  for (const button of all("[role=tab]")) button.addEventListener("click", () => showTab(Number(button.dataset.tab)));
   byId("earlier")?.addEventListener("change", (event) => location.assign(`/inspection?${event.target.value}`));
   byId("settings").addEventListener("change", () => byId("settings").requestSubmit());
-  byId("type").addEventListener("change", (event) => {
-    const now = new URLSearchParams(query());
-    now.delete("state");
-    now.set("type", event.target.value);
-    location.assign(`/inspection?${now}`);
-  });
+  byId("type").addEventListener("change", (event) => openWithType(event.target.value));
+  byId("sheet")?.addEventListener("click", saveSheet);
   byId("import").addEventListener("change", async (event) => {
-    try {
-      await post("/import", event.target.files[0]);
-      location.reload();
-    } catch (error) {
-      byId("said").textContent = error.message;
-    }
+    const answer = await post("/import", event.target.files[0]).catch((error) => ({ error }));
+    byId("said").textContent = answer.error?.message ?? answer.text;
+    if (!answer.error) location.reload();
   });
-  byId("save").addEventListener("submit", async (event) => {
-    event.preventDefault();
-    try {
-      byId("saved").textContent = (await post(`/save?${query()}`, byId("settings-name").value)).text;
-    } catch (error) {
-      byId("saved").textContent = error.message;
-    }
-  });
-  dark.addEventListener("change", () => location.reload());
-  fillInspection().catch((error) => busy(error.message));
+  fillInspection().catch((error) => say(error.message));
 }
 
 for (const name of ["dragenter", "dragover"]) {
@@ -231,7 +227,7 @@ for (const name of ["dragenter", "dragover"]) {
 addEventListener("dragleave", () => document.body.classList.remove("drop"));
 addEventListener("drop", (event) => {
   event.preventDefault();
-  drop(event.dataTransfer.files).catch((error) => busy(error.message));
+  drop(event.dataTransfer.files);
 });
 if (byId("list")) prepareList();
 if (byId("screen")) prepareInspection();

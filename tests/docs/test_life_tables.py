@@ -1,4 +1,4 @@
-"""The page on decisions lists the columns of the tables, and no others."""
+"""The page on the tables of a life lists their columns, and no others."""
 
 import re
 from pathlib import Path
@@ -9,7 +9,7 @@ import pytest
 from tests.lives import OPERATIONS
 from tests.prognosis.test_tables import tables
 
-PAGE = Path(__file__).parents[2] / "docs" / "decisions.md"
+PAGE = Path(__file__).parents[2] / "docs" / "reference" / "life-tables.md"
 ALL = dict.fromkeys(("breaker", "phase", "event"), np.full(OPERATIONS.size, "a"))
 ALL |= dict.fromkeys(("temperature", "voltage"), np.ones(OPERATIONS.size))
 ALL["date"] = np.where(OPERATIONS < 250, "2024-01-01", "2024-06-01")

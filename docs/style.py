@@ -1,0 +1,63 @@
+"""Check words, the length of sentences, and names; ``make lint`` calls it.
+
+Pages, help texts and templates have no word of ``AVOIDED`` and no sentence of more than ``LONGEST``
+words; code has no identifier with a part that is on in ``NAMES``.
+"""
+
+import ast
+import re
+import sys
+import tokenize
+from collections.abc import Iterator
+from itertools import chain
+from pathlib import Path
+
+import yaml
+
+AVOIDED = r"told|tells?|foretells?|foretold|beside|anew|whole|apart|alike|odd|strange|visits?"
+AVOIDED += r"|(?:is|are) (?:no|none)|of which|other code"
+LONGEST = 25
+NAMES = dict.fromkeys(("told", "foretold", "visit", "visits", "beside", "anew", "part_time"), True)
+NAMES |= {"wipe_at_touch": True, "each": False, "found": False}
+PAGES = ("*.md", "docs/**/*.md", "config/*.md", "studies/*.md", "src/breaker/shipped/*.md")
+TEXTS = ("workflow/report/*.rst", "src/breaker/diagnosis/words.yaml", "src/breaker/cli/*.py")
+CODE = ("src/**/*.py", "studies/**/*.py", "tests/**/*.py", "workflow/**/*.py", "workflow/**/*.smk")
+_LEFT_OUT = r"```.*?```|<!--.*?-->|^ *\|.*?$|\]\([^)]*\)|`[^`\n]*`|\{[{%].*?[%}]\}|\{[^}]*\}"
+_BETWEEN = r"(?<=[.!?:;])[*_]*\s+|\n\s*\n|\n\s*(?:[-*#>]|\d+\.)\s"
+
+
+def texts_of(file: Path) -> list[str]:
+    """Return the texts of a page, of a file of templates, or of the help of a command."""
+    content = file.read_text(encoding="utf-8")
+    if file.suffix == ".yaml":
+        return [*chain.from_iterable(part.values() for part in yaml.safe_load(content).values())]
+    if file.suffix == ".py":
+        words = (node for node in ast.walk(ast.parse(content)) if isinstance(node, ast.keyword))
+        return [str(getattr(w.value, "value", "")) for w in words if w.arg in ("help", "epilog")]
+    return [content]
+
+
+def check_text(text: str) -> Iterator[str]:
+    """Yield the avoided words and the long sentences of a text in Markdown or plain words."""
+    text = re.sub(_LEFT_OUT, " x ", text, flags=re.S | re.M)
+    yield from (f"avoid {word!r}" for word in re.findall(rf"\b(?:{AVOIDED})\b", text, re.I))
+    long = (words for s in re.split(_BETWEEN, text) if len(words := s.split()) > LONGEST)
+    yield from (f"{len(words)} words: {' '.join(words[:9])} ..." for words in long)
+
+
+def check_names(file: Path) -> Iterator[str]:
+    """Yield the identifiers of a file of code that must not occur."""
+    with tokenize.open(file) as code:
+        tokens = [*tokenize.generate_tokens(code.readline)]
+    names = {token.string for token in tokens if token.type == tokenize.NAME}
+    banned = {name for name, on in NAMES.items() if on}
+    yield from (f"rename {name}" for name in sorted(names) if banned & {name, *name.split("_")})
+
+
+if __name__ == "__main__":
+    texts = [(f, t) for place in PAGES + TEXTS for f in Path().glob(place) for t in texts_of(f)]
+    lines = {f"{file}: {fault}" for file, text in texts for fault in check_text(text)}
+    code = (file for place in CODE for file in Path().glob(place))
+    lines |= {f"{file}: {fault}" for file in code for fault in check_names(file)}
+    print(*sorted(lines), sep="\n")
+    sys.exit(bool(lines))
