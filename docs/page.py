@@ -37,7 +37,7 @@ def show_page(browser: Browser, folder: Path) -> None:
         try:
             browser.open(re.search(r"http://\S+", process.stdout.readline())[0])
             browser.find("#list:not(:has([data-unseen]))")
-            browser.click('a[href^="/inspection?file=visit_2026-03-02.csv"]')
+            browser.click('a[href^="/inspection?file=inspection_2026-03-02.csv"]')
             browser.type('input[aria-label="least closing speed"]', f"{_SPEED}{TAB}")
             browser.find(".banner.fail")
             browser.find("body[data-complete]")
@@ -49,10 +49,10 @@ def show_page(browser: Browser, folder: Path) -> None:
 def show_report(browser: Browser, folder: Path) -> None:
     """Write a report of the example against limits, and open it."""
     (folder / "limits.yaml").write_text(_LIMITS, encoding="utf-8")
-    new, old = "rack/visit_2026-03-02.csv", "rack/visit_2014-05-12.csv"
+    new, old = "rack/inspection_2026-03-02.csv", "rack/inspection_2014-05-12.csv"
     judged = ["--before", old, "--config", "my.yaml", "limits.yaml", "--output", "report.html"]
     for command in (
-        ["example", "rack", "--visits"],
+        ["example", "rack", "--inspections"],
         ["inspect", new, "--output", "my.yaml"],
         ["report", new, *judged],
     ):

@@ -30,7 +30,7 @@ from breaker.diagnosis.inspection_change import InspectionChange
 from breaker.family.curve_file import write_curve
 from breaker.family.endurance import EnduranceTest
 from breaker.figures.life import changes
-from breaker.figures.reports import visits
+from breaker.figures.reports import comparison
 from breaker.figures.style import save
 from breaker.figures.verdict import verdict
 from breaker.model.parameters import MOTIONS, NAMES
@@ -132,7 +132,7 @@ def drawn(data: dict) -> dict[str, Figure]:
     return {
         "verdict.png": verdict(life, standing, data["verdict"]["sentences"]),
         "pictures/motions.png": marked_motions(data["motions"]),
-        "pictures/comparison.png": visits(
+        "pictures/comparison.png": comparison(
             TypeAdapter(InspectionChange).validate_python(data["comparison"])
         ),
         "pictures/evolution.png": changes(xr.Dataset.from_dict(evolution["life"]), truth),

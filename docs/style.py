@@ -1,36 +1,32 @@
-"""Check words, the length of sentences, and names; ``make lint`` calls it.
-
-Pages, help texts and templates have no word of ``AVOIDED`` and no sentence of more than ``LONGEST``
-words; code has no identifier with a part that is on in ``NAMES``.
-"""
+"""Check words, the length of sentences and names, for ``make lint``: no word of ``AVOIDED``, no
+sentence of more than ``LONGEST`` words, no identifier with a part that is on in ``NAMES``."""
 
 import ast
 import re
 import sys
 import tokenize
 from collections.abc import Iterator
-from itertools import chain
 from pathlib import Path
 
 import yaml
 
-AVOIDED = r"told|tells?|foretells?|foretold|beside|anew|whole|apart|alike|odd|strange|visits?"
+AVOIDED = r"told|tells?|foretells?|foretold|beside|anew|whole|alike|odd|strange|visits?"
 AVOIDED += r"|(?:is|are) (?:no|none)|of which|other code"
 LONGEST = 25
 NAMES = dict.fromkeys(("told", "foretold", "visit", "visits", "beside", "anew", "part_time"), True)
 NAMES |= {"wipe_at_touch": True, "each": False, "found": False}
-PAGES = ("*.md", "docs/**/*.md", "config/*.md", "studies/*.md", "src/breaker/shipped/*.md")
+PAGES = ("*.md", "docs/*.md", "docs/[!r]*/*.md", "docs/research/*.md", "[cs]*/*.md", "src/*/*/*.md")
 TEXTS = ("workflow/report/*.rst", "src/breaker/diagnosis/words.yaml", "src/breaker/cli/*.py")
 CODE = ("src/**/*.py", "studies/**/*.py", "tests/**/*.py", "workflow/**/*.py", "workflow/**/*.smk")
-_LEFT_OUT = r"```.*?```|<!--.*?-->|^ *\|.*?$|\]\([^)]*\)|`[^`\n]*`|\{[{%].*?[%}]\}|\{[^}]*\}"
-_BETWEEN = r"(?<=[.!?:;])[*_]*\s+|\n\s*\n|\n\s*(?:[-*#>]|\d+\.)\s"
+_LEFT_OUT = r"```.*?```|<!--.*?-->|\]\([^)]*\)|`[^`\n]*`|\{[{%].*?[%}]\}|\{[^}]*\}"
+_BETWEEN = r"^ *\|.*$|(?<=[.!?:;])[*_]*\s+|\n\s*\n|\n\s*(?:[-*#>]|\d+\.)\s"
 
 
 def texts_of(file: Path) -> list[str]:
     """Return the texts of a page, of a file of templates, or of the help of a command."""
     content = file.read_text(encoding="utf-8")
     if file.suffix == ".yaml":
-        return [*chain.from_iterable(part.values() for part in yaml.safe_load(content).values())]
+        return [text for part in yaml.safe_load(content).values() for text in part.values()]
     if file.suffix == ".py":
         words = (node for node in ast.walk(ast.parse(content)) if isinstance(node, ast.keyword))
         return [str(getattr(w.value, "value", "")) for w in words if w.arg in ("help", "epilog")]
@@ -41,15 +37,15 @@ def check_text(text: str) -> Iterator[str]:
     """Yield the avoided words and the long sentences of a text in Markdown or plain words."""
     text = re.sub(_LEFT_OUT, " x ", text, flags=re.S | re.M)
     yield from (f"avoid {word!r}" for word in re.findall(rf"\b(?:{AVOIDED})\b", text, re.I))
-    long = (words for s in re.split(_BETWEEN, text) if len(words := s.split()) > LONGEST)
-    yield from (f"{len(words)} words: {' '.join(words[:9])} ..." for words in long)
+    for words in map(str.split, re.split(_BETWEEN, text, flags=re.M)):
+        if len(words) > LONGEST:
+            yield f"{len(words)} words: {' '.join(words[:9])} ..."
 
 
 def check_names(file: Path) -> Iterator[str]:
-    """Yield the identifiers of a file of code that must not occur."""
+    """Yield the identifiers, tokens of type 1, of a file of code that must not occur."""
     with tokenize.open(file) as code:
-        tokens = [*tokenize.generate_tokens(code.readline)]
-    names = {token.string for token in tokens if token.type == tokenize.NAME}
+        names = {t.string for t in tokenize.generate_tokens(code.readline) if t.type == 1}
     banned = {name for name, on in NAMES.items() if on}
     yield from (f"rename {name}" for name in sorted(names) if banned & {name, *name.split("_")})
 

@@ -188,7 +188,7 @@ def followed() -> Rows:
     for score, word in scores.items():
         cells = []
         for rows, column in ((lives, "other"), (few, "few")):
-            row = next(r for key, r in rows.items() if key.startswith(score) and "90 %" in key)
+            row = next(r for key, r in rows.items() if key.startswith(score) and "coverage" in key)
             low, high = (percent(row[f"{column}_{end}"]) for end in ("low", "high"))
             cells.append(f"{percent(row[column])} ({low} to {high}; n = {row[f'{column}_count']})")
         table.append([word, *cells])

@@ -4,7 +4,7 @@
     python -m studies.lives table lives.csv docs/lives.csv    # sums one or more up
     python -m studies.lives table few.csv docs/few.csv        # the same of few records
     python -m studies.lives plans lives.csv docs/plans.csv    # and how lives were serviced
-    python -m studies.lives alarms lives.csv docs/alarms.csv  # and what was told for nothing
+    python -m studies.lives alarms lives.csv docs/alarms.csv  # and false alarms
 
 Seeds: to develop by, to calibrate by (threshold in ``trend``, and ``Future``), to score, and fresh,
 to score what was changed since.
@@ -15,13 +15,13 @@ wears and all parameters scatter by 0.4 %; sensors round, and have coloured nois
 quantity, and one on the change of a parameter, at what the drive reaches at a random share of its
 wear; where nothing changes enough for that, it has none. ``steady`` lives have no change of rate,
 ``faults`` a sudden one of a parameter. ``unworn`` drives do not wear, ``slow`` ones a quarter as
-fast as their limits are set for: what they are told is a false alarm. ``few`` drives are of the
-family, and have one or two records at each of ten visits. ``other`` are lives
-of drives of other code, by other laws of wear, of other lengths (``studies.other_lives``).
+fast as their limits are set for: every alarm is a false one. ``few`` drives are of the
+family, and have one or two records at each of ten inspections. ``other`` are lives of drives of an
+independent simulator, by other laws of wear, of other lengths (``studies.other_lives``).
 
-A service is done at the operation by which it is planned, by two ways of looking: ``watched``, at
-every record, and ``visits``, where the records are read at each twentieth of the life. What a life
-costs, divided by its operations, is compared with a service at a fixed interval, of all intervals
+A service is done at the operation by which it is planned, in two ways: ``monitoring`` reads every
+record, and ``inspections`` read the records at each twentieth of the life. The cost of a life,
+divided by its operations, is compared with a service at a fixed interval, of all intervals
 the one that would have been cheapest in all other lives of the set. A life that is never serviced
 fails.
 """
@@ -84,7 +84,7 @@ FEWEST = 10  # new records from which on their own scatter counts, not that of a
 TOLERANCE = {"measured": 0.05, "changed": 0.1}  # shares, of drives that do not wear
 ASKED = 3  # operations of a life at which it is asked
 INTERVAL = ("low", "middle", "high")  # columns of an answer
-VISITS, FEW_VISITS = 20, 10  # in a life, where nobody watches
+INSPECTIONS, FEW_INSPECTIONS = 20, 10  # in a life, where nobody watches
 LEAD = "lead of the plan, share of the life"
 UNCHANGED = 0.05  # probability of no change, below which a parameter is reported as changed
 RESAMPLES, ABOUT = 2000, 31  # lives drawn again; readings about an operation
@@ -100,16 +100,16 @@ class Life:
     faster: float
     fault: tuple[float, str, float] = (np.inf, "", 0.0)
     pace: float = 1.0
-    a_visit: int = 0
+    batch: int = 0
     length, every = LIFE, EVERY
 
     @property
     def operations(self) -> np.ndarray:
-        """Operations with a record: each fifth, or some at each of a few visits."""
-        if not self.a_visit:
+        """Operations with a record: each fifth, or some at each of a few inspections."""
+        if not self.batch:
             return np.arange(EVERY, LIFE + 1, EVERY)
-        first = LIFE // FEW_VISITS * np.arange(1, FEW_VISITS + 1) - self.a_visit + 1
-        return (first[:, None] + np.arange(self.a_visit)).ravel()
+        first = LIFE // FEW_INSPECTIONS * np.arange(1, FEW_INSPECTIONS + 1) - self.batch + 1
+        return (first[:, None] + np.arange(self.batch)).ravel()
 
     @classmethod
     def drawn(cls, name: str, config: Mapping, rng: np.random.Generator) -> "Life":
@@ -129,8 +129,8 @@ class Life:
         faster = float(np.exp(rng.uniform(*np.log(FASTER))))
         if rng.random() < 0.5 or name in ("steady", "faults", *PACES):
             knee, faster = LIFE, 1.0
-        a_visit = int(rng.integers(1, 3)) if name in FEW else 0
-        life = cls(new, worn, knee, faster, pace=PACES.get(name, 1.0), a_visit=a_visit)
+        batch = int(rng.integers(1, 3)) if name in FEW else 0
+        life = cls(new, worn, knee, faster, pace=PACES.get(name, 1.0), batch=batch)
         while name == "faults" and (not life.fault[1] or not life.at(LIFE).holds):
             ranges = family_of("medium_voltage")["wear"]["change"]
             which = str(rng.choice([n for n in NAMES if n in ranges]))
@@ -263,7 +263,7 @@ def limits_of(
     for motion, each in series.motions.items():
         for name, values in each.measured.items():
             scatter = np.nanstd(np.diff(values[: series.new.size])) / np.sqrt(2.0)
-            if series.new.size < FEWEST:  # of all, beside a line from each to the next but one
+            if series.new.size < FEWEST:  # of all, next to a line from each to the next but one
                 scatter = np.nanstd(np.diff(values, 2)) / np.sqrt(6.0)
             end = np.interp(fails, whole, dense[f"{motion} {name}"])
             if abs(end - np.nanmean(values[: series.new.size])) > CLEAR * scatter:
@@ -344,17 +344,17 @@ def scored(name: str, number: int, seed: int, config: Mapping, networks) -> list
     rng = generator(seed, "benchmark of lives, asked", name, number)
     rows = [] if name in ("other", *FEW) else changes_of(life, data, readout)
     rows = [about | each for each in rows]
-    told, looks = data.attrs["reported_from"], looked_at(life, data, config["planning"])
+    reported, looks = data.attrs["reported_from"], looked_at(life, data, config["planning"])
     if name in PACES:
         return rows + [about | each for each in alarms_of(data, looks, worn=life.pace > 0.0)]
     for limit, fails in limits.items():
-        left = left_of(limit.name, fails, data, told, rng)
+        left = left_of(limit.name, fails, data, reported, rng)
         rows += [about | each | {"names": " ".join(limit.quantities)} for each in left]
         shown = shown_beyond(limit, readout.series)
         for way, stands in looks.items():
             done = acted(limit.name, fails, stands)
             rows.append(about | {"kind": way, "shown": shown} | done)
-    where = rng.choice(data.asked.values[data.asked.values >= told], ASKED, replace=False)
+    where = rng.choice(data.asked.values[data.asked.values >= reported], ASKED, replace=False)
     new = readout.series.operations[readout.series.new]
     reference = np.mean([_at(truth[list(NAMES)], each) for each in new], axis=0)
     for operation in where:
@@ -367,15 +367,15 @@ def scored(name: str, number: int, seed: int, config: Mapping, networks) -> list
 
 
 def looked_at(life, data: xr.Dataset, planning: Mapping) -> dict[str, xr.Dataset]:
-    """How the drive stands, where every record is looked at, and where visits read them."""
-    if getattr(life, "a_visit", 0):
-        planning = {**planning, "inspection": f"{LIFE // FEW_VISITS} operations"}
-        return {"visits": states_of(data, planning)}
-    visit = max(round(life.length / VISITS), 1)
+    """How the drive stands, where every record is looked at, and where inspections read them."""
+    if getattr(life, "batch", 0):
+        planning = {**planning, "inspection": f"{LIFE // FEW_INSPECTIONS} operations"}
+        return {"inspections": states_of(data, planning)}
+    interval = max(round(life.length / INSPECTIONS), 1)
     asked = data.asked.values
-    visits = np.arange(visit, asked[-1] + 1, visit)
-    last = np.unique(asked[np.maximum(np.searchsorted(asked, visits, side="right") - 1, 0)])
-    ways = {"watched": (data, life.every), "visits": (data.sel(asked=last), visit)}
+    ends = np.arange(interval, asked[-1] + 1, interval)
+    last = np.unique(asked[np.maximum(np.searchsorted(asked, ends, side="right") - 1, 0)])
+    ways = {"monitoring": (data, life.every), "inspections": (data.sel(asked=last), interval)}
     return {
         way: states_of(each, {**planning, "inspection": f"{apart} operations"})
         for way, (each, apart) in ways.items()
@@ -434,35 +434,35 @@ def changes_of(life: Life, data: xr.Dataset, readout: Readout) -> list[dict]:
 
 
 def alarms_of(data: xr.Dataset, looks: Mapping[str, xr.Dataset], *, worn: bool) -> list[dict]:
-    """What a drive is told that has no cause for it: rows of when first, and of how long watched.
+    """False alarms of a drive: rows of when first, and of how long it was followed.
 
     Args:
-        worn: Whether the drive wears, so that its parameters are rightly told as changed.
+        worn: Whether the drive wears, so that its parameters are rightly reported as changed.
     """
-    told, end, found = data.attrs["reported_from"], float(data.operation[-1]), []
+    reported, end, found = data.attrs["reported_from"], float(data.operation[-1]), []
 
     def add(way: str, what: str, limit: str, operations: np.ndarray) -> None:
         first = float(operations[0]) if operations.size else np.inf
         about = {"kind": way, "names": what, "name": limit, "first": first}
         about["count"] = operations.size
-        found.append({"score": "alarm", "operation": min(first, end) - told} | about)
+        found.append({"score": "alarm", "operation": min(first, end) - reported} | about)
 
-    way = next(iter(looks))  # of what is told at every record, whoever looks
+    way = next(iter(looks))  # of what is reported at every record, whoever looks
     for each, stands in looks.items():
         for limit in stands.limit.values:
             for state in ("planned", "due"):
                 on = stands.state.sel(limit=limit).values >= STATES.index(state)
                 add(each, state, limit, stands.operation.values[on])
     if not worn:
-        named = (data.unchanged.values < UNCHANGED).any(axis=1) & (data.asked.values >= told)
+        named = (data.unchanged.values < UNCHANGED).any(axis=1) & (data.asked.values >= reported)
         add(way, "worn", "", data.asked.values[named])
     add(way, "change", "", data.noticed.values)
     return found
 
 
-def left_of(limit: str, fails: float, data: xr.Dataset, told: int, rng) -> list[dict]:
+def left_of(limit: str, fails: float, data: xr.Dataset, reported: int, rng) -> list[dict]:
     """Operations left at random operations before a failure."""
-    asked = data.asked.values[(data.asked.values >= told) & (data.asked.values < fails)]
+    asked = data.asked.values[(data.asked.values >= reported) & (data.asked.values < fails)]
     some = rng.choice(asked, min(ASKED, asked.size), replace=False) if asked.size else []
     rows = []
     for operation in some:
@@ -504,11 +504,11 @@ def acted(limit: str, fails: float, stands: xr.Dataset) -> dict:
     until = (operations <= min(service, fails)) & (state == STATES.index("planned"))
     by = one.service_by.values[until]
     moves = int((by[1:] != by[:-1]).sum()) if by.size else 0
-    told = np.isfinite(one.service_by.values) & one.remaining.notnull().all("quantile").values
+    planned = np.isfinite(one.service_by.values) & one.remaining.notnull().all("quantile").values
     last = operations + one.remaining.values[:, 0].round()
     return {
-        "records": int(told.sum()),
-        "count": int((one.service_by.values > last)[told].sum()),
+        "records": int(planned.sum()),
+        "count": int((one.service_by.values > last)[planned].sum()),
         "score": "acted",
         "name": limit,
         "fails": fails,
@@ -573,7 +573,7 @@ def summed(some: pd.DataFrame) -> dict[str, Score]:
     change = some[(some.score == "change") & some.low.notna()]
     for name, each in change.groupby("name"):
         holds = (each.low - 0.05 <= each.truth) & (each.truth <= each.high + 0.05)
-        found[f"change of {name}: 90 % hold"] = Score.share(holds, each.life)
+        found[f"change of {name}: coverage of 90 % intervals"] = Score.share(holds, each.life)
         half = ((each.high - each.low) / 2.0)[each.truth.abs() > 1.0]
         found[f"change of {name}: half width, %, where it changed"] = Score(
             half.median(), len(half)
@@ -595,11 +595,11 @@ def summed(some: pd.DataFrame) -> dict[str, Score]:
                 found[words] = Score.share(soon, of.to_series())
     for name, each in some[(some.score == "left") & some.low.notna()].groupby("name"):
         holds = (each.low <= each.truth) & (each.truth <= each.high)
-        words = f"{name} limits: 90 % hold operations left"
+        words = f"{name} limits: coverage of operations left"
         found[words] = Score.share(holds, each.life)
-    for name, each in some[(some.score == "acted") & (some.kind == "visits")].groupby("name"):
+    for name, each in some[(some.score == "acted") & (some.kind == "inspections")].groupby("name"):
         intime = each.service.fillna(np.inf) <= each.fails
-        found[f"{name} limits: serviced in time, by visits"] = Score.share(intime, each.life)
+        found[f"{name} limits: serviced in time, by inspections"] = Score.share(intime, each.life)
     return found
 
 
@@ -607,7 +607,7 @@ def planned_of(lives: pd.DataFrame) -> dict[str, float]:
     """Sum up how lives were serviced, by one way of looking, each of one limit."""
     fails, service = lives.fails.values, lives.service.fillna(np.inf).values
     intime, rows = service <= fails, int(lives.records.sum())
-    found = {"told": lives.known.astype(bool).mean(), "serviced in time": intime.mean()}
+    found = {"recommended": lives.known.astype(bool).mean(), "serviced in time": intime.mean()}
     if lives.shown.notna().any():
         found["serviced before records show it"] = (service <= lives.shown).mean()
     behind = lives["count"].sum() / rows if rows else np.nan
@@ -617,13 +617,13 @@ def planned_of(lives: pd.DataFrame) -> dict[str, float]:
         found[name] = float(np.median(each[intime])) if intime.any() else np.nan
     found["moves of service_by"] = float(lives.moves.median())
     if len(lives) > 2:
-        words = "cost, beside a fixed interval", "the same, from (90 %)", "the same, to (90 %)"
+        words = "cost relative to a fixed interval", "the same, from (90 %)", "the same, to (90 %)"
         found |= dict(zip(words, against_fixed(service, fails), strict=True))
     return found
 
 
 def against_fixed(service: np.ndarray, fails: np.ndarray) -> tuple[float, float, float]:
-    """What an operation costs, beside a service at the interval that is best in all other lives.
+    """Cost of an operation relative to a service at the interval that is best in all other lives.
 
     Returns:
         The ratio, and its 90 % interval over lives drawn again.
@@ -657,7 +657,7 @@ def plans(*files: str) -> None:
     holds = (left.low <= left.truth) & (left.truth <= left.high)
     for row in data:
         some = holds[(left.set == row["set"]) & (left.name == row["limit"])]
-        row |= {"90 % hold operations left": some.mean(), "of": len(some)}
+        row |= {"coverage of operations left": some.mean(), "of": len(some)}
     pd.DataFrame(data).to_csv(files[-1], index=False, float_format="%.3g")
 
 
@@ -672,7 +672,7 @@ def alarms(*files: str) -> None:
         rate = false / made if made else np.nan
         most = chi2.ppf(0.95, 2 * (false + 1)) / 2.0 / made if made else np.nan
         data.append(
-            {"drives": of, "told": what, "limit": limit, "looked at": way}
+            {"drives": of, "reported": what, "limit": limit, "looked at": way}
             | {"lives": each.life.nunique(), "of": len(each), "false": false}
             | {"operations": round(1000 * made), "in 1,000 operations": rate}
             | {"at most (95 %)": most, "a year": rate * yearly / 1000.0}

@@ -25,7 +25,7 @@ _DIMS = {
 
 
 def life_of(operation, asked, limits, parts, changes, values, attrs):
-    """A life told at ``asked``; ``limits`` are words by name, ``parts`` the rest of them."""
+    """A life read at ``asked``; ``limits`` are words by name, ``parts`` the rest of them."""
     size = len(parts["limit"])
     data = {"new": np.zeros(size)} | values
     return xr.Dataset(
@@ -52,7 +52,7 @@ LIMITS = {"slow": "measured travel_time above 1 ms", "stiff": "change of gamma_a
 def a_life(
     fails=(450.0, np.inf),
     *,
-    told=100,
+    reported_from=100,
     half=(0.01, 0.95),
     family="medium_voltage",
     operations=OPERATIONS,
@@ -62,7 +62,7 @@ def a_life(
 
     Args:
         fails: Operation at which the median of each is beyond its limit.
-        told: Operation from which on the life is reported.
+        reported_from: Operation from which on the life is reported.
         half: Half a 90 % interval of each quantity; the way to either limit is 1.
         changes: Kinds of the changes, the first of which begins at 60 % of the operations.
     """
@@ -89,14 +89,21 @@ def a_life(
         **dict.fromkeys(("breaker", "phase", "date", "event", "not_used"), empty),
         **dict.fromkeys(("temperature", "voltage"), none),
         "p_exceeded": (left == 0.0).astype(float),
-        "p_nearer": np.where((asked < told)[:, None], np.nan, np.isfinite(fails).astype(float)),
+        "p_nearer": np.where(
+            (asked < reported_from)[:, None], np.nan, np.isfinite(fails).astype(float)
+        ),
         "turns": np.full((asked.size, 41), np.inf),
         "noticed_in": np.full(asked.size, 50.0),
         "remaining": left[..., None] * [0.5, 1.0, 1.5],
         "lives": left[..., None] * np.linspace(0.9, 1.1, 41),
         "value": gone[..., None] + np.array(half)[:, None] * [-1.0, 0.0, 1.0],
     }
-    attrs = {"family": family, "agreement": 0.4, "reported_from": told, "needed": told}
+    attrs = {
+        "family": family,
+        "agreement": 0.4,
+        "reported_from": reported_from,
+        "needed": reported_from,
+    }
     attrs |= {"threshold": 10.0, "horizon": 10000}
     life = life_of(operations, asked, LIMITS, parts, moments, values, attrs)
     return life.assign_coords(of=("limit", ["record", "change"]))

@@ -137,8 +137,8 @@ def one_sheet(number: int, seed: int, keep: Path | None) -> tuple[list[dict], li
     rows, failures = [], []
     with tempfile.TemporaryDirectory() as scratch:
         folder = (keep or Path(scratch)) / f"{number:04}"
-        visit = write_export(folder, np.random.default_rng([seed, number]))
-        for truth in visit["files"]:
+        inspection = write_export(folder, np.random.default_rng([seed, number]))
+        for truth in inspection["files"]:
             path = folder / truth["file"]
             document, failed = ask(path, truth, Path(scratch))
             about = {"sheet": number, "layout": truth["layout"], "file": str(path)}
@@ -149,7 +149,7 @@ def one_sheet(number: int, seed: int, keep: Path | None) -> tuple[list[dict], li
                 rows.append(about | row._asdict() | more)
             failures += [about | {"failure": text.replace(str(path), "FILE")} for text in failed]
         if keep:
-            (folder / "truth.json").write_text(json.dumps(visit, indent=1), encoding="utf-8")
+            (folder / "truth.json").write_text(json.dumps(inspection, indent=1), encoding="utf-8")
     return rows, failures
 
 

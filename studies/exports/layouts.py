@@ -302,7 +302,7 @@ def share_of(zones: dict, motion: str, stroke: float) -> list[float]:
 def analyser(rng: np.random.Generator, plan: dict, poles: list[dict], style: dict) -> dict:
     """Return lines, columns and channels of a resistance and travel analyser's export."""
     time = np.arange(int(plan["length"] * style["rate"])) / style["rate"]
-    same = np.random.default_rng(style["seed"])  # files of a visit are alike
+    same = np.random.default_rng(style["seed"])  # files of an inspection are alike
     spots = sorted(rng.permutation(6)[: len(poles)] + 1) if style["scattered"] else range(1, 7)
     used = {int(k): pole for k, pole in zip(spots, poles, strict=False)}
     coil = pick(same, ["Coil Current C{} (A)", "C{} Current (A)"], p=[0.8, 0.2])
@@ -369,7 +369,7 @@ def analyser(rng: np.random.Generator, plan: dict, poles: list[dict], style: dic
 def plain(rng: np.random.Generator, plan: dict, poles: list[dict], style: dict) -> dict:
     """Return lines, columns and channels of a plain sheet: time, travel, contacts and coils."""
     time = np.arange(int(plan["length"] * style["rate"])) / style["rate"]
-    same = np.random.default_rng(style["seed"])  # files of a visit are alike
+    same = np.random.default_rng(style["seed"])  # files of an inspection are alike
     which = int(same.integers(len(WORDS)))
     words = WORDS[which].split("|")
     shift = pick(same, [0.0, -20.0, 100.0], p=[0.7, 0.2, 0.1])
@@ -487,7 +487,7 @@ def truth_of(path: Path, found: dict, style: dict) -> dict:
 
 
 def write_export(folder: Path, rng: np.random.Generator) -> dict:
-    """Write the export of a visit to a breaker, a file or one for each pole; return its truth."""
+    """Write the export of an inspection, a file or one for each pole; return its truth."""
     folder.mkdir(parents=True, exist_ok=True)
     plan, many = draw_plan(rng), pick(rng, [1, 2, 3], p=[0.35, 0.2, 0.45])
     layout = pick(rng, [analyser, plain], p=[0.65, 0.35])

@@ -131,7 +131,7 @@ def mean_and_error(values: np.ndarray) -> list[float]:
     return [float(np.mean(values)), float(np.std(values, ddof=1) / np.sqrt(len(values)))]
 
 
-def told_apart(one: np.ndarray, other: np.ndarray, seed: int) -> float:
+def classifier_accuracy(one: np.ndarray, other: np.ndarray, seed: int) -> float:
     """Accuracy with which sbi's classifier tells two sets of draws ``(d, q)`` apart."""
     import torch
     from sbi.utils.metrics import c2st

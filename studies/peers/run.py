@@ -23,12 +23,12 @@ from studies.peers.common import (
     CLOCKS,
     HeldOut,
     bank_of,
+    classifier_accuracy,
     held_out,
     mean_and_error,
     parser,
     plan,
     restart,
-    told_apart,
     write_json,
 )
 
@@ -155,7 +155,7 @@ def compared(drawn: np.ndarray, exact: np.ndarray, given) -> dict:
         if some.stop > len(drawn):
             break
         pair = (each[some.start, :_WEIGHED] for each in (exact, drawn))
-        found.append(told_apart(*pair, given.seed))
+        found.append(classifier_accuracy(*pair, given.seed))
     return {"c2st": mean_and_error(np.array(found)), "c2st_curves": len(found)}
 
 

@@ -16,9 +16,9 @@ from studies.exports.scores import bare, score, true_values
 
 def write(folder, *seed):
     """Return truth and samples of each file of a sheet."""
-    visit = write_export(folder, np.random.default_rng(seed))
+    inspection = write_export(folder, np.random.default_rng(seed))
     found = []
-    for truth in visit["files"]:
+    for truth in inspection["files"]:
         lines = (folder / truth["file"]).read_bytes().decode(truth["encoding"]).splitlines()
         names = truth["separator"].join(truth["columns"])
         start = next(i for i, line in enumerate(lines) if line.startswith(names))

@@ -36,8 +36,8 @@ def test_both_motions_of_an_operation_share_their_draws(answers):
 def test_a_share_of_an_interval_is_the_prior(infer, records, defaults):
     (sized,) = infer(Given(size=Size()), records[1:2])
     for name, share in zip(NAMES, sized.prior_share, strict=True):
-        told = spread(np.log(sized.inferred(name))) / (1.96 * defaults["prior"][name]["log_sd"])
-        assert np.sqrt(share) == pytest.approx(told, rel=0.25)
+        expected = spread(np.log(sized.inferred(name))) / (1.96 * defaults["prior"][name]["log_sd"])
+        assert np.sqrt(share) == pytest.approx(expected, rel=0.25)
 
 
 def test_what_needs_the_touch_is_measured_at_the_inferred_one(answers, infer, timed):
@@ -152,8 +152,8 @@ def prior_means(levels, own, draws, size):
     return mean, np.sqrt(weights @ np.square(z - mean)), 1.0 / np.square(weights).sum()
 
 
-@pytest.mark.parametrize("told", [True, False])
-def test_draws_that_know_nothing_become_the_prior_of_ones_own(levels, told):
+@pytest.mark.parametrize("size_known", [True, False])
+def test_draws_that_know_nothing_become_the_prior_of_ones_own(levels, size_known):
     """Draws of the family's prior, at the size or at all sizes alike, weighed: those of one's own.
 
     Standard errors of means are below 1 over the root of the effective size. In the second case a
@@ -162,14 +162,14 @@ def test_draws_that_know_nothing_become_the_prior_of_ones_own(levels, told):
     size, rng = Size(2.0, 1.5), np.random.default_rng(1)
     family = Prior.from_settings(levels.settings["prior"]).sized(size)
     draws = family.sample(60_000, rng)
-    if not told:
+    if not size_known:
         draws = draws * np.exp(rng.uniform(-0.6, 0.6, (len(draws), 2)) @ powers())
     own = Prior(family.medians * np.exp(0.3 * family.log_sds), 0.9 * family.log_sds)
-    mean, sds, left = prior_means(levels, own, draws, size if told else None)
+    mean, sds, left = prior_means(levels, own, draws, size if size_known else None)
     assert left > 200
     assert np.abs(mean).max() < 5.0 / np.sqrt(left)
     assert np.abs(sds - 1.0).max() < 5.0 / np.sqrt(left)
-    wrong, *_ = prior_means(levels, own, draws, None if told else size)
+    wrong, *_ = prior_means(levels, own, draws, None if size_known else size)
     assert np.abs(wrong).max() > 8.0 / np.sqrt(left)
 
 

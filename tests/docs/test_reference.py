@@ -48,10 +48,19 @@ def test_keys_of_an_answer_are_in_the_page(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     limit = {"name": "long", "motion": "closing", "of": "record", "upper": {"stroke": 9}}
     (tmp_path / "limits.yaml").write_text(yaml.safe_dump({"limits": [limit]}), encoding="utf-8")
-    main(["example", "folder", "--visits"])
-    main(["inspect", "folder/visit_2026-03-02.csv", "--output", "my.yaml"])
+    main(["example", "folder", "--inspections"])
+    main(["inspect", "folder/inspection_2026-03-02.csv", "--output", "my.yaml"])
     capsys.readouterr()
-    main(["infer", "folder/visit_2026-03-02.csv", "--config", "my.yaml", "limits.yaml", "--json"])
+    main(
+        [
+            "infer",
+            "folder/inspection_2026-03-02.csv",
+            "--config",
+            "my.yaml",
+            "limits.yaml",
+            "--json",
+        ]
+    )
     named = []
     for line in reference.INFER.read_text(encoding="utf-8").splitlines():
         first, *others = line.split(": ")[0].split(", ")

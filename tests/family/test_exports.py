@@ -106,12 +106,12 @@ def test_nothing_is_replaced(tmp_path, capsys, there):
 
 
 def test_the_example_of_the_page_is_written_by_the_command(tmp_path, capsys):
-    assert main(["example", str(tmp_path / "visits"), "--visits"]) == 0
+    assert main(["example", str(tmp_path / "inspections"), "--inspections"]) == 0
     write_inspections(defaults(), tmp_path)
-    for file in (tmp_path / "visits").iterdir():
+    for file in (tmp_path / "inspections").iterdir():
         assert file.read_bytes() == (tmp_path / file.name).read_bytes()
-    old, new = (tmp_path / f"visit_{date}.csv" for date in ("2014-05-12", "2026-03-02"))
+    old, new = (tmp_path / f"inspection_{date}.csv" for date in ("2014-05-12", "2026-03-02"))
     assert old.read_text().splitlines()[-100] != new.read_text().splitlines()[-100]  # it has worn
-    assert main(["example", str(tmp_path / "other"), "--visits", "--worn"]) == 1
+    assert main(["example", str(tmp_path / "other"), "--inspections", "--worn"]) == 1
     assert "--worn" in capsys.readouterr().err
     assert not (tmp_path / "other").exists()

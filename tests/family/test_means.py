@@ -91,10 +91,10 @@ def test_scatter_of_operations_is_noise_of_their_means():
     rng = np.random.default_rng(4)
 
     def noise(bump, *counts):
-        visits = [
+        inspections = [
             [smooth(rng, bump=bump * rng.standard_normal()) for _ in range(n)] for n in counts
         ]
-        return [float(seen.noise[0]) for seen in change_of(*visits)]
+        return [float(seen.noise[0]) for seen in change_of(*inspections)]
 
     steady, scattering, single = noise(0.0, 6, 6), noise(0.1, 6, 6), noise(0.1, 1, 6)
     assert scattering[0] > 5.0 * steady[0]

@@ -68,9 +68,9 @@ def test_noise_after_the_average_is_as_large_as_estimated():
     records = motion(time) + sd * rng.standard_normal((60, time.size))
     rest = slice(90, 115)  # of the grid, after the motion
     error = [shape_of(each, step).way[rest] - clean.way[rest] for each in records]
-    told = effective_noise(sd / clean.stroke, 0.0, step / clean.duration)
+    expected = effective_noise(sd / clean.stroke, 0.0, step / clean.duration)
     # Of some 1,500 values: 6 % is three of its standard deviations.
-    assert np.std(error) == pytest.approx(told, rel=0.06)
+    assert np.std(error) == pytest.approx(expected, rel=0.06)
 
 
 def test_compiled_code_gives_the_same_bytes(monkeypatch):

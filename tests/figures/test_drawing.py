@@ -22,7 +22,7 @@ from breaker.figures.life import (
     remaining_life,
 )
 from breaker.figures.records import record
-from breaker.figures.reports import visits
+from breaker.figures.reports import comparison
 from breaker.figures.verdict import verdict
 from breaker.model.parameters import NAMES as PARAMETERS
 from breaker.paper import validation
@@ -245,7 +245,7 @@ def test_two_inspections_are_drawn(estimated):
         limits=(),
         doubts=["a $f$ in a name"],
     )
-    figure = visits(change)
+    figure = comparison(change)
     assert_drawn(figure)
     labels = figure.subfigs[1].axes[0].get_yticklabels()
     assert len(labels) == (4 if estimated else 2)

@@ -52,7 +52,7 @@ def first(count):
     return {motion: data.isel(operation=slice(count)) for motion, data in records().items()}
 
 
-def told(data, limits=LIMITS, p_value=0.001):
+def forecast(data, limits=LIMITS, p_value=0.001):
     """The forecast of a life."""
     settings = {"trend": {"draws": 200, "threshold": 10.0, "horizon": 10000}, "seed": 1}
     settings["endurance"] = {"events": {}, "misfit_p_value": p_value}
@@ -63,15 +63,15 @@ def told(data, limits=LIMITS, p_value=0.001):
 
 @pytest.fixture(scope="module")
 def life():
-    return told(records())
+    return forecast(records())
 
 
-def test_what_wears_is_told_and_nothing_else(life):
+def test_what_wears_is_reported_and_nothing_else(life):
     changed = life.changed.isel(asked=-1)
     low, _, high = changed.sel(parameter="gamma_a").values
     true = 100.0 * (1.2 / (1.0 + 0.2 * (NEW / 2.0) / N) - 1.0)
     assert 5.0 < low < true < high
-    still = told(records(0.0, 2), LIMITS[:1]).changed.isel(asked=-1)
+    still = forecast(records(0.0, 2), LIMITS[:1]).changed.isel(asked=-1)
     for found in (changed.sel(parameter=["f", "k_a", "L"]), still):
         low, _, high = found.values.T
         assert (low <= 0.0).all()
@@ -96,9 +96,9 @@ def test_limits_are_judged_by_what_they_are_read_from(life):
 
 
 @pytest.mark.parametrize("count", [NEW + 49, NEW + 50])
-def test_nothing_is_told_before_enough_records(count):
+def test_nothing_is_reported_before_enough_records(count):
     """Of what is new, and then 50: as many as settle."""
-    life = told(first(count))
+    life = forecast(first(count))
     assert life.attrs["needed"] == NEW + 50
     unknown = states_of(life, PLANNING).state.values == STATES.index("unknown")
     assert unknown[:-1].all()
@@ -107,7 +107,7 @@ def test_nothing_is_told_before_enough_records(count):
 
 
 def test_what_comes_later_changes_nothing_before(life):
-    short = told(first(120))
+    short = forecast(first(120))
     np.testing.assert_allclose(short.evidence, life.evidence[:120])
     both = np.intersect1d(short.asked, life.asked)[:-1]
     # Networks read lives as batches, whose sizes round float32 in other ways.
@@ -117,14 +117,14 @@ def test_what_comes_later_changes_nothing_before(life):
 
 def test_a_drive_of_no_family_or_of_one_motion_is_followed():
     measured, one = (
-        told(records(), p_value=1.1),
-        told({"closing": records()["closing"]}, LIMITS[:2]),
+        forecast(records(), p_value=1.1),
+        forecast({"closing": records()["closing"]}, LIMITS[:2]),
     )
     assert measured.attrs["family"] == ""
     assert np.isnan(measured.changed).all()
     assert np.isfinite(measured.value.sel(part=0)).all()
     assert np.isnan(measured.p_exceeded.sel(limit=["stiff", "strong"])).all()
-    both = told({"closing": records()["closing"], "opening": records(0.0, 2)["opening"]})
+    both = forecast({"closing": records()["closing"], "opening": records(0.0, 2)["opening"]})
     assert both.attrs["agreement"] < 0.01  # one motion is worn, the other is not
     assert (both.attrs["family"], one.attrs["agreement"]) == ("", 1.0)
     assert one.changed.isel(asked=-1).sel(parameter="gamma_a").values[1] > 5.0

@@ -74,7 +74,7 @@ def test_new_is_the_first_inspection(dated):
     assert np.isnan(means[::2]).all()
 
 
-def test_events_end_an_inspection_and_what_is_new_if_anything_starts_anew():
+def test_events_end_an_inspection_and_what_is_new_after_them():
     texts = {1: "transducer remounted", 2: "greased, transducer remounted", 3: "oil changed"}
     assert events_of(texts, {"oil changed": ["gamma_a"]}) == {1: False, 2: True, 3: True}
     with pytest.raises(ValueError, match="oil changed"):

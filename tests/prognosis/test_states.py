@@ -59,7 +59,7 @@ def test_a_drive_is_ok_then_planned_then_due():
 
 @pytest.mark.parametrize("maintained", [False, True])
 def test_maintenance_alone_ends_due_and_makes_a_drive_young(maintained):
-    life = a_life((1500.0, np.inf), told=60)
+    life = a_life((1500.0, np.inf), reported_from=60)
     life.p_exceeded[:, 0] = (life.asked > 300) & (life.asked < 350)
     if maintained:
         life["start"][:], life["maintenance"][:] = 351, True

@@ -48,7 +48,7 @@ def test_tables_say_what_a_life_says():
         ({}, ["due-exceeded", "changed", "look-first", "inside"]),
         ({"fails": (550.0, np.inf)}, ["planned", "changed", "look-first", "inside"]),
         ({"fails": (np.inf, np.inf)}, ["ok", "changed", "inside"]),
-        ({"told": 600}, ["due-exceeded", "few-records", "look-first", "inside"]),
+        ({"reported_from": 600}, ["due-exceeded", "few-records", "look-first", "inside"]),
         ({"family": ""}, ["due-exceeded", "withheld", "look-first", "motions-contradict"]),
     ],
 )

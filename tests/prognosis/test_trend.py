@@ -119,7 +119,7 @@ def test_a_bent_path_is_no_change_unless_its_bend_is_denied(monkeypatch):
     assert follow(blocks(add=bent)).changes
 
 
-def test_work_begins_anew_without_an_alarm_and_what_a_transducer_moved_is_no_change():
+def test_work_starts_a_line_without_an_alarm_and_what_a_transducer_moved_is_no_change():
     moved = blocks(add=5.0 * (TIME >= 150))
     path, remounted = (follow(moved, events={150: maintained}) for maintained in (True, False))
     assert [(e.kind, e.maintenance) for e in path.changes] == [("event", True)]

@@ -38,11 +38,11 @@ def command(arguments: list[str], folder: Path, source: str, environment: dict, 
     from snakemake.script import PythonScript
 
     FORKS.set_forkserver_preload(OF_JOBS)
-    anew = PythonScript._execute_cmd
+    original = PythonScript._execute_cmd
 
     def execute(script: PythonScript, template: str, *, fname: str, **more: Any) -> None:
         if fork(fname, script.bench_record) == LOST:
-            anew(script, template, fname=fname, **more)
+            original(script, template, fname=fname, **more)
 
     PythonScript._execute_cmd = execute
     main()
@@ -75,8 +75,8 @@ def snakemake(*arguments: str | Path, folder: Path = ROOT, fails: bool = False) 
     """Run Snakemake in a folder, with the code there or else that of the project; what it says."""
     code = folder if (folder / "src").exists() else ROOT
     with tempfile.NamedTemporaryFile() as said:
-        told = [*map(str, arguments)], folder, str(code / "src"), dict(os.environ), said.name
-        process = FORKS.Process(target=command, args=told)
+        given = [*map(str, arguments)], folder, str(code / "src"), dict(os.environ), said.name
+        process = FORKS.Process(target=command, args=given)
         process.start()
         process.join()
         text = Path(said.name).read_text(encoding="utf-8")

@@ -81,11 +81,11 @@ def test_direct_dependencies_are_locked_within_their_range():
     stated, for_slurm = lock.direct(PYPROJECT)
     names = {requirement.name for requirement in stated}
     assert {"numpy", "torch", "snakemake", "pytest", "setuptools"} <= names  # of every kind
-    beside = locked("slurm.lock")
-    assert not set(pins) & set(beside)
+    cluster = locked("slurm.lock")
+    assert not set(pins) & set(cluster)
     for requirement in (*stated, *for_slurm):
         assert requirement.specifier, f"{requirement} has no range"
-        version = (pins | beside)[canonicalize_name(requirement.name)]
+        version = (pins | cluster)[canonicalize_name(requirement.name)]
         assert requirement.specifier.contains(version)
 
 
@@ -106,8 +106,8 @@ def test_tests_run_in_the_locked_environment_and_nothing_else_is_in_it():
         canonicalize_name(found.name): Version(found.version).public
         for found in metadata.distributions(path=[sysconfig.get_path("purelib")])
     }
-    beside = {name for name in installed.keys() - locked().keys() if not lock.CARDS.fullmatch(name)}
-    assert beside == {"pip", breaker.DISTRIBUTION}
+    extra = {name for name in installed.keys() - locked().keys() if not lock.CARDS.fullmatch(name)}
+    assert extra == {"pip", breaker.DISTRIBUTION}
     assert {name: installed.get(name) for name in locked()} == locked()
 
 

@@ -28,14 +28,14 @@ def fleet(tmp_path, monkeypatch, prior):
     Path("curves").mkdir()
     rows = []
     for name in "AB":
-        for visit, year in ((1, 2014), (2, 2024)):
+        for inspection, year in ((1, 2014), (2, 2024)):
             curve = travel(prior.medians[None], TIME, "closing", onset=10.0).travel[0]
-            noise = 0.1 * np.random.default_rng([ord(name), visit]).standard_normal(TIME.size)
-            file = f"{name}_{visit}.csv"
+            noise = 0.1 * np.random.default_rng([ord(name), inspection]).standard_normal(TIME.size)
+            file = f"{name}_{inspection}.csv"
             write_curve(
-                Path("curves", file), TIME, curve + noise, motion="closing", operation=visit
+                Path("curves", file), TIME, curve + noise, motion="closing", operation=inspection
             )
-            rows.append(f"{file},closing,{visit},{name},R,{year}-03-01,{TYPES[name]}")
+            rows.append(f"{file},closing,{inspection},{name},R,{year}-03-01,{TYPES[name]}")
     Path("curves/operations.csv").write_text("\n".join([HEAD, *rows, ""]), encoding="utf-8")
     mine = {"endurance": {"curves": "curves"}, "types": "types.yaml", "motions": ["closing"]}
     Path("my.yaml").write_text(yaml.dump(mine), encoding="utf-8")

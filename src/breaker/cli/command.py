@@ -54,7 +54,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except (ConfigurationError, OSError, ValueError) as error:
         fault = str(error)
     if fault:
-        say(f"breaker: {fault}", beside=True)
+        say(f"breaker: {fault}", on_stderr=True)
     return _flushed(status)
 
 
@@ -90,7 +90,7 @@ def _flushed(status: int) -> int:
         if isinstance(error, BrokenPipeError):
             return 141
         if status == 0:
-            say(f"breaker: {UNPRINTED}: {error.strerror}", beside=True)
+            say(f"breaker: {UNPRINTED}: {error.strerror}", on_stderr=True)
         return 1
 
 
@@ -98,7 +98,7 @@ class _Parser(argparse.ArgumentParser):
     """A parser that escapes control characters of the arguments in its messages."""
 
     def _print_message(self, message: str, file: TextIO | None = None) -> None:
-        say(message, beside=file is not sys.stdout, end="")
+        say(message, on_stderr=file is not sys.stdout, end="")
 
 
 def parser(named: Sequence[str] = ()) -> argparse.ArgumentParser:

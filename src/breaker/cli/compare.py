@@ -10,7 +10,7 @@ from breaker.cli import inputs
 from breaker.cli.outputs import check_outputs, draw, say_written
 from breaker.common.text import say
 
-_VISITS = ("before", "today")
+_INSPECTIONS = ("before", "today")
 _SHARED = ("seed", "known", "speeds", "endurance.misfit_p_value")  # shared by both inspections
 
 
@@ -23,9 +23,9 @@ def add(compare: argparse.ArgumentParser) -> None:
     inputs.add_path(compare, "before", "BEFORE", "records of the earlier inspection", nargs="+")
     today = inputs.SEVERAL | {"required": True}
     inputs.add_path(compare, "--today", "TODAY", "records of the later inspection", **today)
-    for visit in _VISITS:
-        what = f"configuration files for the inspection {visit} only, laid over the others"
-        inputs.add_path(compare, f"--config-{visit}", "YAML", what, **inputs.SEVERAL)
+    for name in _INSPECTIONS:
+        what = f"configuration files for the inspection {name} only, laid over the others"
+        inputs.add_path(compare, f"--config-{name}", "YAML", what, **inputs.SEVERAL)
     inputs.add_choice(compare)
     same = "state that both inspections have the same transducer and ratio"
     compare.add_argument("--same-transducer", action="store_true", help=same)
@@ -35,12 +35,12 @@ def add(compare: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Read both inspections, compare them, and print the comparison."""
-    own = {visit: getattr(options, f"config_{visit}") for visit in _VISITS}
+    own = {name: getattr(options, f"config_{name}") for name in _INSPECTIONS}
     named = {"before": options.before, "today": options.today}
     read = [*named.values(), options.config, *own.values()]
     check_outputs([(options.plot, "picture")], [file for some in read for file in some])
     config = inputs.settings_of(options.config)
-    configs = {visit: _config_of(files, options.config, config) for visit, files in own.items()}
+    configs = {name: _config_of(files, options.config, config) for name, files in own.items()}
     if config["known"]:
         raise ValueError("breaker compare takes records alone; leave the section known out")
     # Imported here, so that --help and wrong options answer at once.
@@ -51,19 +51,19 @@ def run(options: argparse.Namespace) -> int:
     from breaker.diagnosis.session import Diagnosis
 
     choice = inputs.choice_of(options)
-    types, visits = types_of(config), {}
+    types, inspections = types_of(config), {}
     limits = inputs.limits_of(config, options.config)
     both = Diagnosis(config, limits, types=types, same_transducer=options.same_transducer)
-    for visit in _VISITS:
-        own = Diagnosis(configs[visit], types=types)
-        own = own.of_files(named[visit], choice, of_type=options.type)
-        visits[visit], stated = own.records, own.type
-    _check_visits(visits)
+    for name in _INSPECTIONS:
+        own = Diagnosis(configs[name], types=types)
+        own = own.of_files(named[name], choice, of_type=options.type)
+        inspections[name], stated = own.records, own.type
+    _check_inspections(inspections)
     both = both.of_type(stated) if stated else both
-    document = compare_inspections(both, visits)
+    document = compare_inspections(both, inspections)
     written = []
     if options.plot:
-        from breaker.figures.reports import visits as figure
+        from breaker.figures.reports import comparison as figure
 
         written = [draw(figure(document), options.plot)]
     say(to_json(document) if options.json else text_of(words_of_change(document)))
@@ -85,13 +85,13 @@ def _config_of(own: Sequence[str], shared: Sequence[str], config: Mapping) -> Ma
     return changed_config
 
 
-def _check_visits(visits: Mapping[str, Sequence]) -> None:
+def _check_inspections(inspections: Mapping[str, Sequence]) -> None:
     """Refuse inspections that share a file, or whose tables name different breakers."""
-    of = [[row.operation for row in visit] for visit in visits.values()]
-    first, second = ({os.path.realpath(op.file) for op in visit} for visit in of)
+    of = [[row.operation for row in inspection] for inspection in inspections.values()]
+    first, second = ({os.path.realpath(op.file) for op in inspection} for inspection in of)
     if both := sorted(first & second):
         raise ValueError(f"{both[0]} is named in both inspections; leave it out of one of them")
-    first, second = ({op.breaker for op in visit} for visit in of)
+    first, second = ({op.breaker for op in inspection} for inspection in of)
     if not (first & second or "" in first | second):
         what = f"breaker {', '.join(first)}, that of the later one of {', '.join(second)}"
         raise ValueError(f"the table of the earlier inspection is of {what}; compare one drive")

@@ -12,7 +12,7 @@ _MOST, _USUAL, _SEED = 100, 3, 1  # operations, and of all files
 
 def add(example: argparse.ArgumentParser) -> None:
     """Write exports of a simulated breaker of 150 mm stroke, in the layout of an analyser of
-    high-voltage breakers. The files are always the same. With --visits, the command writes the
+    high-voltage breakers. The files are always the same. With --inspections, the command writes the
     files that `breaker view --example` shows: two inspections of a medium-voltage breaker, and a
     file that does not state its rate.
     """
@@ -23,7 +23,7 @@ def add(example: argparse.ArgumentParser) -> None:
         "--worn", action="store_true", help="write the last operations of its life"
     )
     example.add_argument(
-        "--visits", action="store_true", help="two inspections, twelve years apart"
+        "--inspections", action="store_true", help="two inspections, twelve years apart"
     )
 
 
@@ -33,8 +33,10 @@ def run(options: argparse.Namespace) -> int:
     count = _USUAL if options.operations is None else options.operations
     if not 1 <= count <= _MOST:
         raise ValueError(f"--operations is {count}. Give a number from 1 to {_MOST}")
-    if options.visits and (options.worn or options.operations is not None):
-        raise ValueError("--visits always writes the same files. Leave --operations and --worn out")
+    if options.inspections and (options.worn or options.operations is not None):
+        raise ValueError(
+            "--inspections always writes the same files. Leave --operations and --worn out"
+        )
     if os.path.lexists(folder) and not (folder.is_dir() and not os.listdir(folder)):
         raise FileExistsError(f"{folder} exists, and is not replaced. Name another folder")
     from breaker.configuration.definitions import simulated_test
@@ -42,7 +44,7 @@ def run(options: argparse.Namespace) -> int:
     from breaker.family.exports import write_close_opens, write_inspections
 
     config = settings_of(options.config)
-    if options.visits:
+    if options.inspections:
         folder.mkdir(parents=True, exist_ok=True)
         count = write_inspections(config, folder)
     else:

@@ -86,7 +86,7 @@ def run(options: argparse.Namespace) -> int:
         file = shlex.quote(rejected[0])
         how = f"write the settings with `breaker inspect {file} --output my.yaml`, complete them, "
         how += f"and run `breaker infer {file} --config my.yaml`"
-        say(f"breaker: {said}; {how}", beside=True)
+        say(f"breaker: {said}; {how}", on_stderr=True)
     say_written(written, options.json)
     return int(nothing)
 

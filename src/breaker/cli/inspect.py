@@ -129,7 +129,7 @@ def _propose(options: argparse.Namespace, config: Mapping) -> int:
         if visible_text(text) != text:
             remarks.append("escapes stand for signs; with --output it has the signs themselves")
     for remark in remarks:
-        say(f"check: {remark}", beside=True)
+        say(f"check: {remark}", on_stderr=True)
     step += f" as operations.csv in the folder, and run breaker inspect {options.file} again"
-    say(f"Proposed a table of the operations in {options.file}: {step}.", beside=True)
+    say(f"Proposed a table of the operations in {options.file}: {step}.", on_stderr=True)
     return 0

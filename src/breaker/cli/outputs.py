@@ -129,4 +129,4 @@ def draw(figure, name: str) -> str:
 def say_written(written: Iterable[str], as_json: bool = False) -> None:
     """Print what was written, last: on stderr beside a JSON document."""
     for text in written:
-        say(text, beside=as_json)
+        say(text, on_stderr=as_json)

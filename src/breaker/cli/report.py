@@ -50,7 +50,7 @@ def run(options: argparse.Namespace) -> int:
     for warning in warnings:
         say(warning)
     for reason in dict.fromkeys(record.reason for record in diagnosis.records if record.reason):
-        say(f"breaker: not in the report: {reason}", beside=True)
+        say(f"breaker: not in the report: {reason}", on_stderr=True)
     say("\n".join(filter(None, [verdict, f"report written to {options.output}", lacking])))
     return 0
 

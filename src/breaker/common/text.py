@@ -41,10 +41,10 @@ def _shown(control: re.Match) -> str:
     return sign.encode("unicode_escape").decode("ascii")
 
 
-def say(text: str, *, beside: bool = False, end: str = "\n") -> None:
-    """Print a text as ``visible_text`` returns it; ``beside`` what others read on stderr."""
+def say(text: str, *, on_stderr: bool = False, end: str = "\n") -> None:
+    """Print a text as ``visible_text`` returns it; on stderr if ``on_stderr``."""
     try:
-        print(visible_text(text), file=sys.stderr if beside else sys.stdout, end=end)
+        print(visible_text(text), file=sys.stderr if on_stderr else sys.stdout, end=end)
     except BrokenPipeError:
         raise
     except OSError as error:

@@ -1,4 +1,4 @@
-"""What one call answers: of the records of a drive, of its visits, and of a type of breaker.
+"""What one call answers: of the records of a drive, of two inspections, and of a type of breaker.
 
 Networks of a family of drives infer the parameters of each operation; all else is measured. Where
 limits are given, they are judged by both; words, tables and JSON render the answer. The

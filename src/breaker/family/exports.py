@@ -100,7 +100,7 @@ def write_inspections(settings: Mapping, folder: Path) -> int:
         rng = generator(settings["seed"], "example", date)
         columns = _inspection(test.worn(round(share * test.operations), scatter=False), rng)
         text = "\n".join([_STATED.format(date=date), "", *rows(columns, ";"), ""])
-        (folder / f"visit_{date}.csv").write_text(text, encoding="utf-8")
+        (folder / f"inspection_{date}.csv").write_text(text, encoding="utf-8")
     bare = {f"s{i + 1}": columns[f"Travel {pole} (mm)"] for i, pole in enumerate("RST")}
     (folder / "unknown.txt").write_text("\n".join([*rows(bare, ";"), ""]), encoding="utf-8")
     return len(_VISITS["dates"]) + 1

@@ -286,10 +286,10 @@ def sample_rows(
     """
     logs, motions = len(NAMES), np.array([[source in (motion, "both") for motion in MOTIONS]])
     x, y, there, units = rows.unscaled(np.arange(len(rows)), rng, motions)
-    told = there.any(axis=0)
-    x, y, units = (values[(there == told).all(axis=1)] for values in (x, y, units))
+    known = there.any(axis=0)
+    x, y, units = (values[(there == known).all(axis=1)] for values in (x, y, units))
     features = network.network.features(x)
-    values = np.stack([network.sample(row[None], told, draws, rng)[0] for row in features])
+    values = np.stack([network.sample(row[None], known, draws, rng)[0] for row in features])
     changes = isinstance(network, ChangeNetwork)
     kept = plausible_wear(values[..., :logs]) if changes else np.ones(len(values), dtype=bool)
 
@@ -298,13 +298,13 @@ def sample_rows(
         outputs = outputs + units + np.array(network.atoms) * jitter
         some = outputs[..., :logs]
         outputs[..., :logs] = 100.0 * np.expm1(some) if changes else np.exp(some)
-        return outputs[..., told]
+        return outputs[..., known]
 
     return xr.Dataset(
         {
             "draws": (("curve", "draw", "output"), physical(values[kept], units[kept][:, None])),
             "truth": (("curve", "output"), physical(y[kept], units[kept])),
         },
-        {"output": np.array(network.outputs)[told]},
+        {"output": np.array(network.outputs)[known]},
         {"withheld": int((~kept).sum())},
     )

@@ -143,19 +143,19 @@ def remaining_life(
     note = f"Too little is known to draw: {vague}." if vague else ""
     if not known.any():
         return p.empty("The operations left until a limit are not known", note)
-    told = life.sel(asked=slice(life.attrs["reported_from"], None)).isel(limit=known)
+    predicted = life.sel(asked=slice(life.attrs["reported_from"], None)).isel(limit=known)
     standing = standing.isel(limit=known)
-    titles = told["words"].values.astype(object)
+    titles = predicted["words"].values.astype(object)
     if truth is not None:
-        truth = truth.sel(limit=told["limit"].values)
+        truth = truth.sel(limit=predicted["limit"].values)
         for j, share in enumerate(truth["held"].values):
             if np.isfinite(share):
                 share = in_percent(share)
                 titles[j] += f"\nthe interval contains the truth at {share} of the operations"
-    figure, axes = p.limit_panels(told, titles, height=3.0, sharex=True)
+    figure, axes = p.limit_panels(predicted, titles, height=3.0, sharex=True)
     for j, axis in enumerate(axes):
         failure = np.nan if truth is None else truth["failure"].values[j]
-        _left(axis, told["remaining"].isel(limit=j), standing.isel(limit=j), failure)
+        _left(axis, predicted["remaining"].isel(limit=j), standing.isel(limit=j), failure)
         axis.set_ylabel("operations left")
     shows = f"operations left until a limit is exceeded\n{note}"
     style.title(figure, _next(standing.isel(operation=-1), truth), shows)
@@ -196,18 +196,18 @@ def _next(last: xr.Dataset, truth: xr.Dataset | None) -> str:
     return f"Next: {p.spoken(last['limit'].values[k])}, operations left: {left}"
 
 
-def _left(axis: Axes, told: xr.DataArray, standing: xr.Dataset, failure: float) -> None:
+def _left(axis: Axes, predicted: xr.DataArray, standing: xr.Dataset, failure: float) -> None:
     """Draw band and median, by when to service, the truth, and states at the foot."""
     operation = standing["operation"].values
     before = operation[operation <= failure]
-    low, middle, high = told.transpose("quantile", "asked").values
+    low, middle, high = predicted.transpose("quantile", "asked").values
     usual = np.nanquantile(np.append(middle[np.isfinite(middle)], 1.0), 0.95)
     top = 1.25 * max(usual, (failure - before).max(initial=0.0), 1.0)
     low, high = (np.minimum(bound, 10.0 * top) for bound in (low, high))  # goes on past the panel
     look = {"color": style.CORRECTED, "label": "90 % interval", "lw": 0.6, "alpha": 0.25}
-    axis.fill_between(told["asked"].values, low, high, **look)
+    axis.fill_between(predicted["asked"].values, low, high, **look)
     look = {"lw": 1.8, "ms": 3.0, "mew": 0, "label": "median"}
-    axis.plot(told["asked"], middle, ".-", color=style.CORRECTED, **look)
+    axis.plot(predicted["asked"], middle, ".-", color=style.CORRECTED, **look)
     # Operations until the service, where one is planned and no limit exceeded yet.
     ahead = np.maximum(standing["service_by"] - standing["operation"], 0.0)
     over = standing["remaining"].isel(quantile=-1) == 0.0

@@ -30,7 +30,7 @@ _LEAST_EXTENT, _EXTENT = 20.0, 40.0  # percent of change that an axis shows, at 
 
 
 @style.styled
-def visits(document: "InspectionChange") -> Figure:
+def comparison(document: "InspectionChange") -> Figure:
     """Draw a comparison of two inspections: a row for each measured change, then for each parameter
     that the records determine. Red changes are to the worse.
     """

@@ -117,9 +117,9 @@ def _words(state: str, one: xr.Dataset) -> str:
     )
     if np.isfinite(certain):
         crossed = one["crossed"].item()
-        told = f"recommended since {since:,.0f}, at last by {by:,.0f}"
-        told = told if since < certain else "no service was recommended before"
-        return f"due: exceeded\ncertain at {certain:,.0f}, crossed about {crossed:,.0f}\n{told}"
+        advice = f"recommended since {since:,.0f}, at last by {by:,.0f}"
+        advice = advice if since < certain else "no service was recommended before"
+        return f"due: exceeded\ncertain at {certain:,.0f}, crossed about {crossed:,.0f}\n{advice}"
     chance = one["p_exceeded"].item()
     probable = f"P {in_percent(chance)} that it is exceeded" if np.isfinite(chance) else ""
     if state == "unknown":
