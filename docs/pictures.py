@@ -1,4 +1,4 @@
-"""Draw the pictures of the pages, with those that ``tutorial/renew.py`` draws for the tutorial.
+"""Draw the pictures of the pages.
 
     python docs/pictures.py results    # take the data from the last run of the defaults, then draw
     python docs/pictures.py            # draw what was taken
@@ -11,7 +11,6 @@ the module that draws it. A test compares these checksums, so that no picture is
 
 import hashlib
 import json
-import re
 import subprocess
 import sys
 from pathlib import Path
@@ -41,16 +40,12 @@ from motion_marks import marked_motions, of_drive  # noqa: E402
 
 DATA = DOCS / "pictures.json"
 CHECKSUMS = DOCS / "pictures.sha256"
-TUTORIAL = DOCS / "tutorial"
 FIGURES = "src/breaker/figures"
 MODULES = {
     "verdict.png": f"{FIGURES}/verdict.py",
     "pictures/motions.png": "docs/motion_marks.py",
     "pictures/comparison.png": f"{FIGURES}/reports.py",
     "pictures/evolution.png": f"{FIGURES}/life.py",
-    "tutorial/record.png": f"{FIGURES}/records.py",
-    "tutorial/answer.png": f"{FIGURES}/records.py",
-    "tutorial/prior.png": f"{FIGURES}/reports.py",
 }
 """The module that draws a picture."""
 
@@ -140,17 +135,9 @@ def drawn(data: dict) -> dict[str, Figure]:
 
 
 def checksums() -> str:
-    """Return a line for each picture: the checksum of its data and its module, and its name.
-
-    For a picture of the tutorial, the command that draws it stands for its data.
-    """
-    page = (TUTORIAL / "README.md").read_text(encoding="utf-8")
-    lines = []
+    """Return a line for each picture: the checksum of the data and of its module, and its name."""
+    data, lines = DATA.read_bytes(), []
     for name, module in MODULES.items():
-        data = DATA.read_bytes()
-        if name.startswith("tutorial/"):
-            (command,) = re.findall(rf"^breaker .* --plot {Path(name).name}$", page, re.M)
-            data = command.encode()
         code = (DOCS.parent / module).read_bytes()
         lines.append(f"{hashlib.sha256(data + code).hexdigest()}  {name}\n")
     return "".join(lines)
@@ -164,7 +151,6 @@ def main() -> int:
     for name, figure in drawn(json.loads(DATA.read_text(encoding="utf-8"))).items():
         save(figure, DOCS / name)
         print(f"{name}: {(DOCS / name).stat().st_size / 1000:.0f} kB")
-    subprocess.run([sys.executable, TUTORIAL / "renew.py"], check=True)
     CHECKSUMS.write_text(checksums(), encoding="utf-8")
     return 0
 

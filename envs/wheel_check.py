@@ -30,7 +30,7 @@ _BUILD = (
 # What is not code, and so easily left out.
 _NEEDED = ("py.typed", "records/words.yaml", "diagnosis/words.yaml")
 _NEEDED += ("shipped/families/any.yaml", "shipped/MODEL_CARD.md")
-_TUTORIAL = ROOT / "docs" / "tutorial"
+_DOCS = ROOT / "docs"
 
 
 def build(folder: Path, out: Path) -> tuple[Path, Path]:
@@ -126,17 +126,19 @@ def _sizes(python: Path) -> str:
 
 
 def _walked(python: Path) -> str:
-    """Run the commands of the tutorial in an empty folder; each prints what the page shows."""
-    sys.path.insert(0, str(_TUTORIAL))
-    import renew
+    """Run the commands of pages in an empty folder, and check what they print."""
+    sys.path.insert(0, str(_DOCS))
+    import walk
 
     alone = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
-    text, count = renew.PAGE.read_text(encoding="utf-8"), 0
-    with tempfile.TemporaryDirectory() as empty:
-        for step, output in renew.run(text, Path(empty), python, alone):
-            renew.as_printed(step.shown, output)
-            count += 1
-    return f"{count} steps of the tutorial in an empty folder, without torch: as the page shows"
+    count = 0
+    for page in walk.PAGES:
+        with tempfile.TemporaryDirectory() as empty:
+            for step, output in walk.run(page.read_text("utf-8"), Path(empty), python, alone):
+                count += 1
+                for shown in step.shown:
+                    walk.as_printed(shown, output)
+    return f"{count} steps of pages in empty folders, without torch: as the pages show"
 
 
 def fresh() -> tuple[Path, Path]:

@@ -1,14 +1,11 @@
 """The table of operations is read strictly: each mistake has its line, column and remedy."""
 
 import math
-import re
 from dataclasses import astuple
-from pathlib import Path
 
 import pytest
 
-from breaker.records.operations import READ, Operation, read_manifest
-from breaker.records.settings import FORMAT
+from breaker.records.operations import Operation, read_manifest
 
 HEAD = "file,motion,operation"
 
@@ -145,18 +142,6 @@ def test_a_mistake_is_named_with_its_place_and_remedy(tmp_path, text, reason):
         read(tmp_path, text)
     assert "operations.csv" in str(refused.value)
     assert str(refused.value).replace("\n", "").isprintable()
-
-
-def test_the_example_of_the_documentation_is_read(tmp_path):
-    text = (Path(__file__).parents[2] / "docs/usage.md").read_text(encoding="utf-8")
-    (example,) = re.findall(r"```\n(file,motion,operation,.*?)```", text, re.DOTALL)
-    found = read(tmp_path, example)
-    numbers = [(motion, each.number) for motion, each in found]
-    assert numbers == [("closing", 1), ("opening", 1), ("closing", 2)]
-    (table,) = re.findall(r"\| column \| meaning \|\n\|.*\n((?:\|.*\n)+)\nThe first three", text)
-    named = [re.findall("`(.*?)`", row.split("|")[1]) for row in table.splitlines()]
-    assert {name for each in named for name in each} == set(READ)
-    assert {*named[-1]} == set(READ) & set(FORMAT)
 
 
 def test_a_transducer_has_a_name(tmp_path):

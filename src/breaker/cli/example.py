@@ -23,7 +23,7 @@ def add(example: argparse.ArgumentParser) -> None:
         "--worn", action="store_true", help="write the last operations of its life"
     )
     example.add_argument(
-        "--inspections", action="store_true", help="two inspections, twelve years apart"
+        "--inspections", action="store_true", help="write two inspections, from 2014 and 2026"
     )
 
 
