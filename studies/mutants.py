@@ -1,174 +1,145 @@
-"""Do the tests notice? One fault at a time is planted in a copy of the project, and tests run.
+"""Plant one fault at a time in a copy of the project, and run the tests of its folder.
 
-    python -m studies.mutants                      all faults, this project
-    python -m studies.mutants --tree ../other      the same in another copy of it
-    python -m studies.mutants --room model cli     those of some rooms
-    python -m studies.mutants --check              only whether each fault still has its place
+    python -m studies.mutants [--areas limits] [--faults 40] [--seed 1]
 
-The faults are in ``mutants.toml``, by room, a folder of the package: ``find``, a text that stands
-once in the package, the workflow or the studies, ``put``, what stands there instead, and ``tests``,
-the test files (``curves`` is ``test_curves.py``) that have to notice. A fault whose code was
-written anew is written anew, too.
-
-First the tests run without any fault: they have to pass. A fault is *caught* if a test fails or
-does not end in time, and has *survived* if all pass; it is *not applicable* where its text is not
-found exactly once.
+Faults are drawn from the syntax trees of the modules of an area: another operator, an inverted
+comparison, a changed number, a dropped sign or term, *and* for *or*, the largest for the smallest.
+A fault is caught if a test of its area fails or hangs. Some survivors change nothing observable.
 """
 
 import argparse
+import ast
+import multiprocessing
 import os
+import random
 import shutil
-import subprocess
 import sys
 import tempfile
-import tomllib
-from collections import Counter
 from collections.abc import Iterator
-from dataclasses import dataclass
+from itertools import accumulate
 from pathlib import Path
 
-HERE = Path(__file__).resolve().parent
-PAGES = ("README.md", "CHANGELOG.md")
-PARTS = ("Snakefile", "Makefile", "pyproject.toml", "LICENSE", "CITATION.cff", *PAGES)
-FOLDERS = ("config", "docs", "envs", "profiles", "src", "studies", "tests", "workflow", ".ci")
-CODE = (("src/breaker", "*.py"), ("workflow", "*.py"), ("workflow", "*.smk"), ("studies", "*.py"))
-TESTS = ("tests", "studies/tests")
-COMPILED = ("numba", "njit", "@compiled", "import compiled")  # such files need a cache of their own
-CAUGHT, SURVIVED, NOT_APPLICABLE = "caught", "survived", "not applicable"
+import numba
+import pytest
+import scipy.stats  # noqa: F401  imported once, for all runs of the tests
+import torch  # noqa: F401
+import xarray  # noqa: F401
+
+AREAS = {
+    "curves": ("model/curves model/kernels model/equations",
+               "model/test_kernels model/test_curves model/test_sensitivity"),
+    "correction": ("paper/correction",
+                   "posterior/test_corrections posterior/test_weights posterior/test_transport"),
+    "measurements": ("records/measurements records/propagation records/first_motion",
+                     "records/test_measured records/test_landmarks records/test_slow_starts"),
+    "forecast": ("prognosis/forecast prognosis/states prognosis/service",
+                 "prognosis/test_forecast prognosis/test_states prognosis/test_service"),
+    "limits": ("model/limits diagnosis/limits",
+               "model/test_limits diagnosis/test_sliding diagnosis/test_inferred"),
+}  # fmt: skip
+"""Modules of an area, and its test files."""
+LIMIT = (
+    120.0  # s: tests of an area take at most 20 s on an idle machine; a fault may make them hang
+)
+OTHER = {
+    ast.Add: ast.Sub, ast.Sub: ast.Add, ast.Mult: ast.Div, ast.Div: ast.Mult, ast.Pow: ast.Mult,
+    ast.BitAnd: ast.BitOr, ast.BitOr: ast.BitAnd, ast.And: ast.Or, ast.Or: ast.And,
+    ast.Lt: ast.GtE, ast.LtE: ast.Gt, ast.Gt: ast.LtE, ast.GtE: ast.Lt, ast.Eq: ast.NotEq,
+    ast.NotEq: ast.Eq, ast.Is: ast.IsNot, ast.IsNot: ast.Is, ast.In: ast.NotIn, ast.NotIn: ast.In,
+}  # fmt: skip
+PAIRS = ("min max", "minimum maximum", "argmin argmax", "any all", "low high", "lower upper")
+NAMES = {a: b for pair in PAIRS for a, b in (pair.split(), pair.split()[::-1])}
+SKIPPED = (ast.Raise, ast.JoinedStr, ast.Import, ast.ImportFrom)  # messages and names
 
 
-@dataclass(frozen=True)
-class Mutant:
-    """A fault: a text of the code, what stands there instead, and the tests that should notice."""
-
-    room: str
-    name: str
-    find: str
-    put: str
-    tests: str
-
-    def place(self, tree: Path) -> tuple[Path, str] | None:
-        """The file in which the fault goes and its text with the fault; None if it has no place."""
-        texts = {
-            file: file.read_text(encoding="utf-8")
-            for folder, pattern in CODE
-            for file in (tree / folder).rglob(pattern)
-        }
-        found = [file for file, text in texts.items() if self.find in text]
-        if len(found) != 1 or texts[found[0]].count(self.find) != 1:
-            return None
-        text = texts[found[0]].replace(self.find, self.put)
-        if found[0].suffix == ".py":
-            compile(text, self.name, "exec")  # a fault, not a slip of the pen
-        return found[0], text
-
-    def test_files(self, tree: Path) -> list[str]:
-        """Test files that are to notice, those that this tree has."""
-        files = [
-            file
-            for stem in self.tests.split()
-            for folder in TESTS
-            for file in (tree / folder).rglob(f"test_{stem}.py")
-        ]
-        return [str(file.relative_to(tree)) for file in dict.fromkeys(files)]
+def nodes(tree: ast.AST) -> Iterator[ast.AST]:
+    """Yield the nodes of a tree in which a fault can lie, neither annotations nor messages."""
+    skipped = [getattr(tree, field, None) for field in ("annotation", "returns")]
+    for node in ast.iter_child_nodes(tree):
+        if node not in skipped and not isinstance(node, SKIPPED):
+            yield node
+            yield from nodes(node)
 
 
-def mutants(rooms: list[str] | None) -> Iterator[Mutant]:
-    """The faults of some rooms, or of all."""
-    listed = tomllib.loads((HERE / "mutants.toml").read_text(encoding="utf-8"))
-    for room, entries in listed.items():
-        if not rooms or room in rooms:
-            yield from (Mutant(room, **entry) for entry in entries)
+def changes(node: ast.AST) -> Iterator[str]:
+    """Yield what can stand in place of a node."""
+    if isinstance(node, ast.BinOp) and type(node.op) in OTHER:
+        yield ast.unparse(ast.BinOp(node.left, OTHER[type(node.op)](), node.right))
+        if isinstance(node.op, ast.Add | ast.Sub):
+            yield ast.unparse(node.left)
+    elif isinstance(node, ast.BoolOp):
+        yield ast.unparse(ast.BoolOp(OTHER[type(node.op)](), node.values))
+    elif isinstance(node, ast.Compare):
+        first = OTHER[type(node.ops[0])]()
+        yield ast.unparse(ast.Compare(node.left, [first, *node.ops[1:]], node.comparators))
+    elif isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.USub | ast.Not):
+        yield ast.unparse(node.operand)
+    elif isinstance(node, ast.Constant) and isinstance(node.value, bool):
+        yield str(not node.value)
+    elif isinstance(node, ast.Constant) and isinstance(node.value, int | float):
+        yield str(node.value + 1) if isinstance(node.value, int) else str(2.0 * node.value or 1.0)
+    elif isinstance(node, ast.Attribute) and node.attr in NAMES:
+        yield f"{ast.unparse(node.value)}.{NAMES[node.attr]}"
 
 
-def copy(tree: Path, folder: Path) -> Path:
-    """Copy what the tests need of a project."""
-    for part in PARTS:
-        if (tree / part).exists():
-            shutil.copy2(tree / part, folder / part)
-    for part in FOLDERS:
-        if (tree / part).exists():
-            skipped = shutil.ignore_patterns("__pycache__", "results")
-            shutil.copytree(tree / part, folder / part, ignore=skipped)
-    return folder
+def candidates(area: str, root: Path) -> Iterator[tuple[str, int, slice, str]]:
+    """Yield all faults of an area: file, line, the bytes that are replaced, and by what."""
+    for module in AREAS[area][0].split():
+        text = (root / "src/breaker" / f"{module}.py").read_bytes()
+        starts = [0, *accumulate(map(len, text.splitlines(keepends=True)))]
+        for node in nodes(ast.parse(text)):
+            for new in changes(node):
+                begin = starts[node.lineno - 1] + node.col_offset
+                end = starts[node.end_lineno - 1] + node.end_col_offset
+                yield f"src/breaker/{module}.py", node.lineno, slice(begin, end), new
 
 
-def run_tests(tree: Path, files: list[str], cache: Path, limit: float) -> str:
-    """Run test files; return what failed, or nothing."""
-    environment = {
-        **os.environ,
-        "PYTHONPATH": str(tree / "src"),
-        "NUMBA_CACHE_DIR": str(cache),
-        "OMP_NUM_THREADS": "1",
-        "NUMBA_NUM_THREADS": "1",
-    }
-    command = [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", *files]
-    try:
-        done = subprocess.run(
-            command, cwd=tree, env=environment, capture_output=True, text=True, timeout=limit
-        )
-    except subprocess.TimeoutExpired:
-        return "no end"
-    if done.returncode not in (0, 1, 2):
-        raise RuntimeError(f"pytest {files}: {done.stdout[-2000:]}{done.stderr[-2000:]}")
-    failed = [line for line in done.stdout.splitlines() if line.startswith(("FAILED", "ERROR"))]
-    return (failed[0].split(" - ")[0] if failed else "error") if done.returncode else ""
+def run_tests(tree: Path, area: str) -> None:
+    """Run the tests of an area, in a process of its own, which ends with their status."""
+    os.chdir(tree)
+    sys.path.insert(0, str(tree / "src"))
+    sys.dont_write_bytecode = True
+    compiled = tree / "compiled"  # that of curves may depend on the fault
+    numba.config.CACHE_DIR = tempfile.mkdtemp(dir=tree) if area == "curves" else str(compiled)
+    for stream in (1, 2):
+        os.dup2(os.open(os.devnull, os.O_WRONLY), stream)
+    files = [f"tests/{name}.py" for name in AREAS[area][1].split()]
+    sys.exit(pytest.main(["-xq", "-p", "no:cacheprovider", *files]))
 
 
-def plant(mutant: Mutant, tree: Path, caches: Path, limit: float) -> tuple[str, str]:
-    """Plant one fault, run its tests, take it out again; return outcome and test."""
-    place, files = mutant.place(tree), mutant.test_files(tree)
-    if place is None or not files:
-        return NOT_APPLICABLE, ""
-    file, text = place
-    content, stat = file.read_bytes(), file.stat()
-    own = any(word in text for word in COMPILED)
-    cache = Path(tempfile.mkdtemp(dir=caches)) if own else caches / "shared"
-    try:
-        file.write_text(text, encoding="utf-8")
-        failed = run_tests(tree, files, cache, limit)
-    finally:
-        file.write_bytes(content)
-        os.utime(file, ns=(stat.st_atime_ns, stat.st_mtime_ns))
-        if own:
-            shutil.rmtree(cache)
-    return (CAUGHT if failed else SURVIVED), failed
-
-
-def check(chosen: list[Mutant], tree: Path) -> int:
-    """Say which faults have no place or no test in a tree."""
-    lost = []
-    for mutant in chosen:
-        few = len(mutant.test_files(tree)) < len(mutant.tests.split())
-        lost += [mutant] if few or mutant.place(tree) is None else []
-    for mutant in lost:
-        print(f"{mutant.room:12s} {mutant.name}")
-    print(f"{len(chosen) - len(lost)} of {len(chosen)} faults have a place and tests in {tree}")
-    return bool(lost)
+def caught(tree: Path, area: str) -> bool:
+    """Return whether a test of an area fails or hangs."""
+    process = multiprocessing.get_context("fork").Process(target=run_tests, args=(tree, area))
+    process.start()
+    process.join(LIMIT)
+    process.kill()
+    process.join()
+    return process.exitcode != 0
 
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.split("\n", 1)[0])
-    parser.add_argument("--tree", type=Path, default=HERE.parent, help="project to be tested")
-    parser.add_argument("--room", nargs="+", help="rooms, all by default")
-    parser.add_argument("--check", action="store_true", help="only look for the places")
-    parser.add_argument("--limit", type=float, default=900.0, help="seconds that tests may take")
+    parser.add_argument("--areas", nargs="+", choices=AREAS, default=[*AREAS], metavar="AREA")
+    parser.add_argument("--faults", type=int, default=40, help="in each area")
+    parser.add_argument("--seed", type=int, default=1)
     options = parser.parse_args()
-    chosen, counts = list(mutants(options.room)), Counter()
-    if options.check:
-        return check(chosen, options.tree.resolve())
+    root, results = Path(__file__).resolve().parents[1], []
     with tempfile.TemporaryDirectory() as folder:
-        (caches := Path(folder, "caches")).mkdir()
-        (project := Path(folder, "project")).mkdir()
-        tree = copy(options.tree.resolve(), project)
-        files = sorted({file for mutant in chosen for file in mutant.test_files(tree)})
-        if failed := run_tests(tree, files, caches / "shared", 3600.0):
-            raise SystemExit(f"without any fault the tests fail already: {failed}")
-        for mutant in chosen:
-            outcome, failed = plant(mutant, tree, caches, options.limit)
-            counts[outcome] += 1
-            print(f"{mutant.room:12s} {outcome:15s} {mutant.name}  {failed}", flush=True)
-    print(", ".join(f"{counts[each]} {each}" for each in (CAUGHT, SURVIVED, NOT_APPLICABLE)))
+        skipped = shutil.ignore_patterns(".*", "__pycache__", "results", "build")
+        tree = Path(shutil.copytree(root, Path(folder, "project"), ignore=skipped))
+        for area in options.areas:
+            if caught(tree, area):
+                raise SystemExit(f"The tests of {area} fail without a fault.")
+            drawn = random.Random(f"{options.seed} {area}")
+            for name, line, part, new in drawn.sample([*candidates(area, root)], options.faults):
+                file, text = tree / name, (tree / name).read_bytes()
+                file.write_bytes(text[: part.start] + f"({new})".encode() + text[part.stop :])
+                results.append(caught(tree, area))
+                file.write_bytes(text)
+                word = "caught" if results[-1] else "SURVIVES"
+                print(f"{word} {name}:{line} {text[part].decode()} -> {new}", flush=True)
+            print(f"{area}: {sum(results[-options.faults :])} of {options.faults} caught")
+    print(f"{sum(results)} of {len(results)} faults caught")
     return 0
 
 
