@@ -54,9 +54,9 @@ def main() -> None:
         for motion in MOTIONS:
             kept = compare(config, motion, KEPT / f"{sensor}_{motion}")
             tables.append(table(f"{motion} curves of the prior, {sensor} sensor", kept))
-    found = pd.concat(tables)
-    print(found.to_string(index=False))
-    found.to_csv(TABLE, index=False, float_format="%.4g")
+    rows = pd.concat(tables)
+    print(rows.to_string(index=False))
+    rows.to_csv(TABLE, index=False, float_format="%.4g")
 
 
 def compare(config: Mapping, motion: str, place: Path) -> dict[str, Kept]:
@@ -70,21 +70,20 @@ def compare(config: Mapping, motion: str, place: Path) -> dict[str, Kept]:
         steps = of_motion(config, motion)["training"]["steps"]
         for kind in (kind for kind, file in files.items() if not file.exists()):
             if kind != NETWORKS[0]:
-                pace = [train(*of, each, min(PACE, steps))[1] for each in (NETWORKS[0], kind) * 2]
+                few, order = min(PACE, steps), (NETWORKS[0], kind) * 2
+                pace = [train(*of, network, few)[1] for network in order]
                 steps = round(steps * min(pace[::2]) / min(pace[1::2]))
-            arm, seconds = train(*of, kind, steps)
-            some = bank.travel.values[-100:]
-            arm.choose_solver(model.sensor.corrupt(some, generator(1, "solver")))
-            found = measure(arm.posterior, config["validation"], config["seed"])
-            np.savez(files[kind], training_seconds=np.array(seconds), **found)
+            posterior, seconds = train(*of, kind, steps)
+            measured = measure(posterior, config["validation"], config["seed"])
+            np.savez(files[kind], training_seconds=np.array(seconds), **measured)
     return {kind: dict(np.load(file)) for kind, file in files.items()}
 
 
 def train(config: Mapping, model: Model, bank: xr.Dataset, kind: str, steps: int) -> tuple:
-    """Train a kind of network; return it and the processor seconds of its training."""
+    """Train a kind of network; return its posterior and the processor seconds of its training."""
     arm, start = Breaker(kind, config), process_time()
     arm.train(bank, model, steps, config["seed"])
-    return arm, process_time() - start
+    return arm.posterior, process_time() - start
 
 
 def measure(posterior: Posterior, validation: Mapping, seed: int) -> Kept:
@@ -113,12 +112,12 @@ def log_density(posterior: Posterior, seed: int) -> np.ndarray:
 
 def divergence(posterior: Posterior, measured: np.ndarray, draws: np.ndarray) -> np.ndarray:
     """Return KL(exact | network) of records ``(n, t)`` from draws ``(n, d, q)``, ``(n,)``."""
-    model, found = posterior.model, []
+    model, divergences = posterior.model, []
     for record, values in zip(measured, draws, strict=True):
         density = posterior.log_prob(values[None], record[None])[0] - model.log_scaling(values)
         joint = model.log_joint(model.standardise(values), record)
-        found.append(importance(joint, density).gap)
-    return np.array(found)
+        divergences.append(importance(joint, density).gap)
+    return np.array(divergences)
 
 
 def table(population: str, kept: Mapping[str, Kept]) -> pd.DataFrame:
@@ -131,12 +130,13 @@ def table(population: str, kept: Mapping[str, Kept]) -> pd.DataFrame:
         numbers |= {name: of[name] for name in ("draws_per_second", "training_seconds")}
         rows += [(network, name, float(x), None, None, n) for name, x in numbers.items()]
         means = {name: of[name] for name in ("log_density", "divergence")}
-        for name, each in (means | {"lost": best - of["log_density"]}).items():
-            half, mean = 1.96 * each.std(ddof=1) / len(each) ** 0.5, each.mean()
-            rows.append((network, name, mean, mean - half, mean + half, len(each)))
-    found = pd.DataFrame(rows, columns=["network", "quantity", "value", "low", "high", "n"])
-    found.insert(0, "population", population)
-    return found
+        for name, values in (means | {"lost": best - of["log_density"]}).items():
+            half, mean = 1.96 * values.std(ddof=1) / len(values) ** 0.5, values.mean()
+            rows.append((network, name, mean, mean - half, mean + half, len(values)))
+    columns = ["network", "quantity", "value", "low", "high", "n"]
+    return pd.DataFrame(rows, columns=columns).assign(population=population)[
+        ["population", *columns]
+    ]
 
 
 if __name__ == "__main__":

@@ -1,1 +1,1 @@
-"""Other tools for the same task, beside this one: ``python -m studies.peers``."""
+"""Other tools and this one with equal budgets: ``python -m studies.peers``."""

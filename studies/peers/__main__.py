@@ -1,145 +1,129 @@
-"""Other tools beside this one: train and judge arms at equal budgets, seeds and motions.
+"""Train this package, sbi or BayesFlow within a budget, and score it on the same records.
 
-    python -m studies.peers --seconds 120 --seeds 3
+    python -m studies.peers breaker --motion closing --seconds 120 --table peers.csv
+    python -m studies.peers sbi --motion closing --seconds 120 --table peers.csv
 
-One run is one process, and writes one JSON file; what is there is skipped, so that the study goes
-on where it was interrupted, and any arm can be run alone; delete a file to have it made anew. The
-machine should do nothing else: budgets are of wall time by default.
+Each run is a process of its own and adds a row to the table; ``studies/requirements.txt`` is its
+environment. The machine should do nothing else. Two short trainings find how many steps fit into
+the budget; then the training starts from nothing. All outputs are standardised.
 
-The table has one row for each motion and arm: means over the seeds, and their range where the seeds
-differ. The last line that the command prints names the machine; all results must come from one.
+- log_density: of the true values of held-out records, nats, with its standard error. A difference
+  between two rows is a difference of their divergences from the exact posterior.
+- efficiency: median relative effective sample size, when draws are weighed by the exact density.
+- calibration_p: p-value of the ranks of the true values, all outputs together.
 """
 
 import argparse
-import json
-import subprocess
-import sys
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
-from pathlib import Path
+import os
+from collections.abc import Callable
+from time import perf_counter
 
 import numpy as np
 import pandas as pd
+import torch
 
-from studies.peers.arms import ARMS
-from studies.peers.common import CLOCKS, RESULTS
+from breaker.common.randomness import generator
+from breaker.configuration.loading import defaults
+from breaker.model.parameters import MOTIONS
+from breaker.paper.bank import simulate, truth
+from breaker.paper.calibration import calibration_p_values, family_p_value, ranks
+from breaker.paper.correction import importance
+from breaker.paper.joint_model import Model
+from studies.shared import append, parser
 
-_SCORES: dict[str, Callable[[dict], float]] = {
-    "log density, nats": lambda run: run["log_density"][0],
-    "divergence, nats": lambda run: run["gap"][0],
-    "relative effective sample size": lambda run: run["efficiency_quartiles"][1],
-    "C2ST": lambda run: run["c2st"][0],
-    "calibration p": lambda run: run["calibration_p"],
-    "draws a second": lambda run: run["draws_per_second"],
-    "training, s": lambda run: run["seconds"]["training"],
-    "training, s of processors": lambda run: run["processor_seconds"],
-    "steps": lambda run: run["plan"]["steps"],
-    "weights": lambda run: run["parameters"],
-}
-_COUNTS = ("weighed", "c2st_curves", "calibration_curves")
-_TEXTS = ("estimator", "optimiser", "deviations")
+ARMS = ("breaker", "sbi", "bayesflow")
+SEED, ROWS = 101, 262_144  # of the bank, and of the held-out records: for all arms the same
+HELD_OUT, CALIBRATION = 1000, 100  # records, and draws among which a true value is ranked
+WEIGHED, DRAWS = 100, 500  # records whose draws are weighed, and draws
+WARM_UP = 0.03  # share of the budget by which two short trainings differ, at least
 
 
-def read(path: Path) -> dict:
-    """Return a record."""
-    return json.loads(path.read_text(encoding="utf-8"))
+def make(arm: str):
+    """Return an arm, untrained; its tool is imported here, with the backend that it has to use."""
+    os.environ.setdefault("KERAS_BACKEND", "torch")
+    if arm == "bayesflow":
+        from studies.peers.fit_bayesflow import BayesFlow as Arm
+    elif arm == "sbi":
+        from studies.peers.fit_sbi import Sbi as Arm
+    else:
+        from studies.peers.fit_breaker import Breaker as Arm
+    return Arm()
 
 
-def row_of(runs: Sequence[dict]) -> dict[str, object]:
-    """Return the row of one arm and motion from its runs, one for each seed."""
-    row: dict[str, object] = {"seeds": len(runs)}
-    for name, score in _SCORES.items():
-        values = [score(run) for run in runs]
-        row |= {name: np.mean(values), f"{name}, least": min(values), f"{name}, most": max(values)}
-    row |= {count: min(run[count] for run in runs) for count in _COUNTS}
-    return row | {text: runs[0]["settings"][text] for text in _TEXTS}
+def steps_within(seconds: float, train: Callable[[int], object], unit: int) -> int:
+    """Return how many steps of a training fit into a budget, set-up and compilation included.
+
+    Args:
+        train: Does a training of so many steps, from nothing.
+        unit: Steps that contain all that happens now and then, such as an evaluation.
+    """
+
+    def spent(steps: int) -> float:
+        begin = perf_counter()
+        train(steps)
+        return perf_counter() - begin
+
+    spent(unit)  # what a process does only once
+    few, units = spent(unit), 3
+    while (many := spent(units * unit)) - few < WARM_UP * seconds:
+        units *= 3
+    step = (many - few) / ((units - 1) * unit)
+    left = seconds - max(0.0, few - unit * step)
+    return max(unit, int(left / step) // unit * unit)
 
 
-def machine(results: Path) -> str:
-    """Return a sentence on machine, date and versions, which all records must share."""
-    found = [read(path)["machine"] for path in sorted(results.rglob("*.json"))]
-    dates = sorted({one.pop("date") for one in found})
-    if any(one != found[0] for one in found):
-        raise ValueError("the results come from more than one machine or environment; redo them")
-    versions = ", ".join(f"{name} {number}" for name, number in found[0]["versions"].items())
-    return (
-        f"{found[0]['processor']}, {found[0]['cores']} cores, {found[0]['system']}; "
-        f"{dates[0]} to {dates[-1]}; {versions}."
+def score(arm, model: Model, measured: np.ndarray, z: np.ndarray, seed: int) -> dict[str, float]:
+    """Score an arm on records ``(n, t)``, mm, with true values ``(n, q)``."""
+    density = arm.log_prob(measured, z[:, None])[:, 0]
+    row = {"log_density": density.mean(), "error": density.std(ddof=1) / np.sqrt(len(density))}
+    begin = perf_counter()
+    draws = arm.sample(measured, CALIBRATION, seed)
+    row["draws_per_second"] = draws[..., 0].size / (perf_counter() - begin)
+    row["calibration_p"] = family_p_value(calibration_p_values(ranks(draws, z), CALIBRATION))
+    draws = arm.sample(measured[:WEIGHED], DRAWS, seed + 1)
+    densities = arm.log_prob(measured[:WEIGHED], draws)
+    judged = [
+        importance(model.log_joint(points, record), proposed)
+        for points, proposed, record in zip(draws, densities, measured[:WEIGHED], strict=True)
+    ]
+    sound = [weights.efficiency for weights in judged if not weights.faulty]
+    return row | {"efficiency": float(np.median(sound)), "faulty": len(judged) - len(sound)}
+
+
+def run(given: argparse.Namespace) -> dict[str, object]:
+    """Train and score one arm; return the row of the table."""
+    torch.set_num_threads(given.threads)
+    model = Model.from_settings({**defaults(), "motion": given.motion})
+    bank = simulate(model, given.bank, generator(SEED, "peers bank", given.motion))
+    rng = generator(SEED, "peers", given.motion)
+    new = simulate(model, given.held_out, rng)
+    measured = model.sensor.corrupt(new.travel.values.astype(np.float64), rng)
+    arm = make(given.arm)
+    steps = steps_within(
+        given.seconds, lambda count: arm.train(bank, model, count, given.seed), arm.unit
     )
-
-
-@dataclass(frozen=True)
-class Job:
-    """One process: the module that it runs, the file that it writes, and its other options."""
-
-    script: str
-    makes: Path
-    options: dict[str, object] = field(default_factory=dict)
-
-
-def jobs(given: argparse.Namespace) -> list[Job]:
-    """Return all jobs, in an order in which no job waits for a later one."""
-    listed = []
-    for motion in given.motions:
-        exact = given.results / motion / "exact.json"
-        listed.append(Job("exact", exact, {"motion": motion, "threads": given.threads}))
-    for seed in range(1, given.seeds + 1):
-        for motion in given.motions:
-            shared = {key: getattr(given, key) for key in ("threads", "seconds", "clock", "cap")}
-            exact = given.results / motion / "exact.json"
-            shared |= {"motion": motion, "seed": seed, "exact": exact}
-            folder = given.results / motion / "runs"
-            listed += [
-                Job("run", folder / f"{arm}_{seed}.json", {"arm": arm, **shared})
-                for arm in given.arms
-            ]
-    return listed
+    begin = perf_counter()
+    arm.train(bank, model, steps, given.seed)
+    spent = perf_counter() - begin
+    row = {"motion": given.motion, "arm": given.arm, "seed": given.seed, "steps": steps}
+    z = model.standardise(truth(new, model))
+    return row | {"seconds": spent} | score(arm, model, measured, z, given.seed)
 
 
 def main() -> None:
-    options = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    options.add_argument("--motions", nargs="+", default=["closing", "opening"])
-    options.add_argument("--arms", nargs="*", choices=ARMS, default=list(ARMS), metavar="ARM")
-    options.add_argument("--seeds", type=int, default=3, help="runs of each arm and motion")
-    options.add_argument("--seconds", type=float, default=120.0, help="budget of a training")
-    options.add_argument("--clock", choices=CLOCKS, default="wall", help="that the budget is of")
-    options.add_argument("--threads", type=int, default=2, help="and processor cores, of a run")
-    options.add_argument("--cap", type=float, default=10.0, help="seconds for each of the scores")
-    options.add_argument("--results", type=Path, default=RESULTS)
-    options.add_argument("--table", type=Path, metavar="CSV")
+    options = parser(__doc__)
+    options.add_argument("arm", choices=ARMS)
+    options.add_argument("--motion", choices=MOTIONS, default="closing")
+    options.add_argument("--seconds", type=float, default=120.0, help="budget of the training")
+    options.add_argument("--seed", type=int, default=1, help="of weights, batches and draws")
+    options.add_argument("--threads", type=int, default=2)
+    options.add_argument("--bank", type=int, default=ROWS, help="curves to train with")
+    options.add_argument("--held-out", type=int, default=HELD_OUT, help="curves to score by")
     given = options.parse_args()
-
-    failed = []
-    for job in [job for job in jobs(given) if not job.makes.exists()]:
-        print(job.makes, flush=True)
-        failed += [job] * bool(start(job))
-    for job in failed:
-        print(f"failed: {job.makes}; see {job.makes.with_suffix('.log')}")
-    rows = []
-    for motion in given.motions:
-        for arm in given.arms:
-            files = sorted((given.results / motion / "runs").glob(f"{arm}_[0-9]*.json"))
-            if files:
-                row = row_of([read(file) for file in files])
-                rows.append({"motion": motion, "arm": ARMS[arm]} | row)
-    table = pd.DataFrame(rows)
+    table = pd.DataFrame([run(given)])
     print(table.to_string(index=False, float_format="%.4g"))
-    print(machine(given.results) if rows else "no results")
     if given.table:
-        table.to_csv(given.table, index=False, float_format="%.4g")
-    sys.exit(bool(failed))
-
-
-def start(job: Job) -> int:
-    """Run a job and return its exit status."""
-    job.makes.parent.mkdir(parents=True, exist_ok=True)
-    command = [sys.executable, "-m", f"studies.peers.{job.script}", "--out", str(job.makes)]
-    for name, value in job.options.items():
-        command += [f"--{name}", str(value)]
-    with job.makes.with_suffix(".log").open("w") as log:
-        log.write(" ".join(command) + "\n")
-        log.flush()
-        return subprocess.run(command, stdout=log, stderr=subprocess.STDOUT).returncode
+        append(table, given.table, float_format="%.4g")
 
 
 if __name__ == "__main__":
