@@ -69,7 +69,7 @@ test-all: lint
 
 test-faults: $(INSTALLED)
 	@echo "== damaged files before the reader: results/faults.csv, half an hour of two cores"
-	$(BIN)/python -m studies.faults --cores $(CORES)
+	$(BIN)/python -m studies.faults --table results/faults.csv --cores $(CORES)
 
 test-browser: $(INSTALLED)
 	@echo "== breaker view in Chromium: pictures in build/browser/, to be looked at"

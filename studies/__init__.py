@@ -1,1 +1,1 @@
-"""How good the product is: studies beside the package, which they use and which knows none."""
+"""Studies of how good the package is. They use the package, which uses none of them."""

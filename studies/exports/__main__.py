@@ -7,18 +7,9 @@ rate), and its records are inferred with contacts and coils that ``inspect`` nam
 beyond three standard deviations and beyond a tolerance (times: 0.5 ms), or if of another channel.
 """
 
-import argparse
-import contextlib
-import io
 import json
 import re
-import signal
-import sys
 import tempfile
-import traceback
-from concurrent.futures import ProcessPoolExecutor
-from functools import partial
-from importlib.metadata import entry_points
 from pathlib import Path
 
 import numpy as np
@@ -26,35 +17,10 @@ import pandas as pd
 
 from studies.exports.layouts import write_export
 from studies.exports.scores import VERDICTS, bare, score
+from studies.shared import call, in_pool, parser, sampled
 
 TIMED = [f"{kind}{motion}_time" for kind in ("", "main_") for motion in ("closing", "opening")]
 TIMED += ["bounce_time", "arcing_wipe"]
-
-
-def call(*arguments: str, limit: int = 180) -> tuple[int | str, str, str]:
-    """Return status (or the trace of an exception), text and errors of the command `breaker`."""
-
-    def late(*_):
-        raise TimeoutError(f"no answer in {limit} s")
-
-    out, err = (io.TextIOWrapper(io.BytesIO(), encoding="utf-8") for _ in range(2))
-    (command,) = entry_points(group="console_scripts", name="breaker")
-    before, status = sys.argv, 0
-    sys.argv = ["breaker", *map(str, arguments)]
-    signal.signal(signal.SIGALRM, late)
-    signal.alarm(limit)
-    try:
-        with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
-            status = command.load()() or 0
-    except SystemExit as leave:
-        status = leave.code or 0
-    except Exception:
-        status = traceback.format_exc()
-    finally:
-        signal.alarm(0)
-        sys.argv = before
-    out.flush(), err.flush()
-    return status, *(stream.buffer.getvalue().decode("utf-8", "replace") for stream in (out, err))
 
 
 def part(text: str, head: str) -> list[str]:
@@ -137,8 +103,8 @@ def one_sheet(number: int, seed: int, keep: Path | None) -> tuple[list[dict], li
     rows, failures = [], []
     with tempfile.TemporaryDirectory() as scratch:
         folder = (keep or Path(scratch)) / f"{number:04}"
-        inspection = write_export(folder, np.random.default_rng([seed, number]))
-        for truth in inspection["files"]:
+        export = write_export(folder, np.random.default_rng([seed, number]))
+        for truth in export["files"]:
             path = folder / truth["file"]
             document, failed = ask(path, truth, Path(scratch))
             about = {"sheet": number, "layout": truth["layout"], "file": str(path)}
@@ -149,7 +115,7 @@ def one_sheet(number: int, seed: int, keep: Path | None) -> tuple[list[dict], li
                 rows.append(about | row._asdict() | more)
             failures += [about | {"failure": text.replace(str(path), "FILE")} for text in failed]
         if keep:
-            (folder / "truth.json").write_text(json.dumps(inspection, indent=1), encoding="utf-8")
+            (folder / "truth.json").write_text(json.dumps(export, indent=1), encoding="utf-8")
     return rows, failures
 
 
@@ -169,34 +135,28 @@ def summary(rows: pd.DataFrame) -> pd.DataFrame:
 
 
 def main() -> None:
-    """Write sheets, ask the product, and print what is right, withheld, missing and false."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--sheets", type=int, default=200)
-    parser.add_argument("--first", type=int, default=0, help="number of the first sheet")
-    parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--cores", type=int, default=1)
-    parser.add_argument("--table", type=Path, metavar="CSV")
-    parser.add_argument("--rows", type=Path, metavar="CSV")
-    parser.add_argument("--keep", type=Path, metavar="FOLDER", help="keep the sheets there")
-    args = parser.parse_args()
+    """Write sheets, read them, and print which values are right, withheld, missing and false."""
+    options = sampled(parser(__doc__), sheets=200, first=0)
+    options.add_argument("--keep", type=Path, metavar="FOLDER", help="keep the sheets there")
+    given = options.parse_args()
     rows: list[dict] = []
     failures: list[dict] = []
-    numbers = range(args.first, args.first + args.sheets)
-    with ProcessPoolExecutor(args.cores) as pool:
-        for found in pool.map(partial(one_sheet, seed=args.seed, keep=args.keep), numbers):
-            rows += found[0]
-            failures += found[1]
+    numbers = range(given.first, given.first + given.sheets)
+    jobs = [(number, given.seed, given.keep) for number in numbers]
+    for more_rows, more_failures in in_pool(one_sheet, jobs, given.cores):
+        rows += more_rows
+        failures += more_failures
     table = summary(pd.DataFrame(rows))
     print(table.to_string(index=False))
     kinds = pd.Series([f["failure"].split(":")[0] for f in failures]).value_counts()
     crashed = sum("Traceback" in f["failure"] for f in failures)
-    print(f"{args.sheets} sheets; failures: {kinds.to_dict()}, of which exceptions: {crashed}")
+    print(f"{given.sheets} sheets; failures: {kinds.to_dict()}, of which exceptions: {crashed}")
     for failure in failures:
         print(f"  {failure['file']}: {' '.join(failure['failure'].split())[-300:]}")
-    if args.table:
-        table.to_csv(args.table, index=False)
-    if args.rows:
-        pd.DataFrame(rows).to_csv(args.rows, index=False)
+    if given.table:
+        table.to_csv(given.table, index=False)
+    if given.rows:
+        pd.DataFrame(rows).to_csv(given.rows, index=False)
 
 
 if __name__ == "__main__":

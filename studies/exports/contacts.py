@@ -1,13 +1,13 @@
 """Contacts of a breaker as an analyser prints them: test current, resistance, voltage or state.
 
-The circuit is open, closed through a resistor, or through the arcing or the main contact (levels
-0 to 3). A source of constant current drives it; the analyser prints voltage over current, and the
-end of its range where that is beyond it or hardly any current flows.
+The circuit is open, or closed through the arcing or the main contact. A source of constant current
+drives it; the analyser prints voltage over current, and the end of its range where that is beyond
+it or hardly any current flows.
 """
 
 import numpy as np
 
-OPEN, RESISTOR, ARCING, MAIN = range(4)
+OPEN, ARCING, MAIN = range(3)
 STEP = 0.02  # of a motion's curve, ms
 _FLOWS = 0.05  # share of the test current above which a resistance is computed
 
@@ -20,10 +20,10 @@ def reached(way: np.ndarray, mm: float) -> float:
     return float(STEP * (after - 1 + share)) if after else 0.0
 
 
-def contact_times(pole: dict, move: dict, parts: dict) -> dict[str, float]:
-    """Return when contacts of a break touch or part, ms after the first motion."""
+def contact_times(pole: dict, move: dict) -> dict[str, float]:
+    """Return when contacts of a pole touch or part, ms after the first motion."""
     closing, stroke = move["motion"] == "closing", pole["stroke"]
-    ways = {kind: mm if closing else stroke - mm for kind, mm in parts.items()}
+    ways = {kind: mm if closing else stroke - mm for kind, mm in pole["contacts"].items()}
     return {kind: reached(move["way"], mm) for kind, mm in ways.items()}
 
 
@@ -33,32 +33,29 @@ def draw_bounces(rng: np.random.Generator) -> list[tuple[float, float]]:
     return [*zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True)] * (rng.random() < 0.25)
 
 
-def bounces_of(pole: dict, move: dict, parts: dict) -> list[tuple[float, float]]:
-    """Return the interruptions of a break: none where the main contact touches among them."""
-    at = contact_times(pole, move, parts)
+def bounces_of(pole: dict, move: dict) -> list[tuple[float, float]]:
+    """Return the interruptions of a pole: none where the main contact touches among them."""
+    at = contact_times(pole, move)
     bounces = move["bounces"]
     clear = not bounces or not 0 < at["main"] - at["arcing"] < bounces[-1][1]
     return bounces if clear else []
 
 
-def switching(pole: dict, parts: dict) -> list[tuple[float, int]]:
-    """Return the instants at which the circuit of a break changes, ms, and its level since."""
+def switching(pole: dict) -> list[tuple[float, int]]:
+    """Return the instants at which the circuit of a pole changes, ms, and its level since."""
     closed = pole["motions"][0]["motion"] == "opening"
-    found = [(-np.inf, MAIN if closed else OPEN)]
+    changes = [(-np.inf, MAIN if closed else OPEN)]
     for move in pole["motions"]:
-        arcing, main = (move["first"] + t for t in contact_times(pole, move, parts).values())
+        arcing, main = (move["first"] + t for t in contact_times(pole, move).values())
         if move["motion"] == "opening":
-            found += [(main, ARCING)] * (main < arcing) + [(arcing, OPEN)]
+            changes += [(main, ARCING)] * (main < arcing) + [(arcing, OPEN)]
             continue
-        away = OPEN
-        if pole["resistor"]:
-            away = RESISTOR
-            found.append((arcing - pole["resistor"]["ms"], RESISTOR))
-        ends = [arcing] + [arcing + end for _, end in bounces_of(pole, move, parts)]
-        found += [(at, MAIN if main <= at else ARCING) for at in ends]
-        found += [(arcing + begin, away) for begin, _ in bounces_of(pole, move, parts)]
-        found += [(main, MAIN)] * (main > arcing)
-    return sorted(found)
+        bounces = bounces_of(pole, move)
+        ends = [arcing] + [arcing + end for _, end in bounces]
+        changes += [(at, MAIN if main <= at else ARCING) for at in ends]
+        changes += [(arcing + begin, OPEN) for begin, _ in bounces]
+        changes += [(main, MAIN)] * (main > arcing)
+    return sorted(changes)
 
 
 def levels(changes: list[tuple[float, int]], time: np.ndarray) -> np.ndarray:
@@ -88,7 +85,6 @@ def draw_meter(rng: np.random.Generator, full: float) -> dict:
     arcing = max(rng.uniform(300, 2000), 4 * closed)
     return {
         "amps": rng.uniform(50, 200),
-        "volts": rng.uniform(6, 24),
         "rise": rng.uniform(0.1, 1.0) / 3,
         "fall": rng.uniform(0.1, 1.0) / 3,
         "full": full,
@@ -101,14 +97,13 @@ def draw_meter(rng: np.random.Generator, full: float) -> dict:
     }
 
 
-def measured(rng: np.random.Generator, pole: dict, parts: dict | None, time, meter: dict):
-    """Return the resistance (uOhm) and the test current (A) of a break, or of nothing."""
-    if parts is None:
+def measured(rng: np.random.Generator, pole: dict | None, time: np.ndarray, meter: dict):
+    """Return the resistance (uOhm) and the test current (A) of a pole, or of nothing."""
+    if pole is None:
         noise = 0.05 * rng.standard_normal(len(time))
         return np.full(len(time), meter["full"]), noise
-    changes, level = switching(pole, parts), meter["amps"]
-    own = pole["resistor"] and meter["volts"] / pole["resistor"]["ohm"]
-    amps = {OPEN: 0.0, RESISTOR: min(own or 0.0, level), ARCING: level, MAIN: level}
+    changes, level = switching(pole), meter["amps"]
+    amps = {OPEN: 0.0, ARCING: level, MAIN: level}
     first = amps[changes[0][1]] * (rng.random() > 0.3)  # or the source is just switched on
     clean = follow(changes, amps, meter["rise"], meter["fall"], time, first)
     state = levels(changes, time)
@@ -116,7 +111,7 @@ def measured(rng: np.random.Generator, pole: dict, parts: dict | None, time, met
     swing = abs(np.sin(np.pi * time / period + phase))
     closed, grown = np.full(len(time), meter["closed"]), np.ones(len(time))
     for move in pole["motions"]:
-        at = move["first"] + contact_times(pole, move, parts)["arcing"]
+        at = move["first"] + contact_times(pole, move)["arcing"]
         grown += 8 * np.exp(-abs(time - at) / meter["grow"])  # few points touch
         if move["motion"] == "closing":
             away = np.maximum(time - at, 0)
@@ -130,11 +125,7 @@ def measured(rng: np.random.Generator, pole: dict, parts: dict | None, time, met
     return np.clip(ohm, 0, meter["full"]), clean * hum + noise
 
 
-def signal(rng: np.random.Generator, pole: dict, time, rises: bool, volts: float) -> np.ndarray:
+def signal(pole: dict, time: np.ndarray, rises: bool, volts: float) -> np.ndarray:
     """Return the voltage (or, of 1 V, the state) of an input: high or low while it is closed."""
-    changes, burden = switching(pole, pole["breaks"][0]), 10 ** rng.uniform(1.7, 3)
-    shares = {OPEN: 0.0, RESISTOR: 0.0, ARCING: 1.0, MAIN: 1.0}
-    if pole["resistor"] and volts > 1:
-        shares[RESISTOR] = burden / (burden + pole["resistor"]["ohm"])
-    share = np.array([*shares.values()])[levels(changes, time)]
-    return volts * (share if rises else 1 - share)
+    closed = levels(switching(pole), time) != OPEN
+    return volts * (closed if rises else ~closed)

@@ -4,7 +4,6 @@ import csv
 import io
 import re
 from datetime import datetime, timedelta
-from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -42,20 +41,11 @@ WORDS = [
 ]
 LANGUAGES = ["english", "english", "german", "german", "french"]
 # Names and values above the samples of a resistance and travel analyser.
-SETTINGS = """Station Name|{station};Bay Name|{bay};Equipment No|{equipment};CB Serial No.|{serial}
-CB Type|{type};CB Make|{make};{phase_name}|{phase};Rated Voltage (kV)|{kv};Gas Pressure (bar)|{bar}
-Test Date|{day};Test Time|{clock};Ambient Temp (°C)|{warm};Operator|{operator};Test|{test}
-Trigger Option|{trigger};{rate_name}|{rate};Resistance Range (uOhm)|{range};Current Range (A)|{amps}
-Plot Length (ms)|{length};C - O Delay (ms)|300;O - C Delay (ms)|.3;Linkage Ratio|{ratio}
-T1 (mm)|{t1};T2 (mm)|{t2};T3 (mm)|{t3};T4 (mm)|{t4};T5 (mm)|{t5};T6 (mm)|{t6}
-{points}Close1{unit}|{c1};Open1{unit}|{o1};DefClose|10;Close2{unit}|{c2};Open2{unit}|{o2};DefOpen|10"""
-# Names of results: quantity, motion, name. The first way is that of the drive, before the linkage.
-RESULTS = [
-    "Mechanism Travel(T{})(mm)|Contact Travel(T{})(mm)|{} - Over Travel(T{})(mm)"
-    "|{} -Rebound(T{})(mm)|{} - Velocity (m/s)(T{})|{} - Datum Velocity (m/s)(T{})",
-    "|Stroke (T{})(mm)|{}-Over Travel (T{})(mm)|{} -Rebound (T{})(mm)|{} -Velocity (m/s)(T{})|",
-    "|Stroke T{} (mm)|{} Over Travel T{} (mm)|{} Rebound T{} (mm)|{} Speed T{} (m/s)|",
-]
+SETTINGS = """Station Name|{station};Bay Name|{bay};Equipment No|{equipment};CB Type|{type}
+Rated Voltage (kV)|245;Gas Pressure (bar)|6.4;Test Date|{day};Ambient Temp (°C)|21.5
+Trigger Option|Coil;{rate_name}|{rate};Resistance Range (uOhm)|{range};Linkage Ratio|{ratio}
+Plot Length (ms)|{length};C - O Delay (ms)|300;T1 (mm)|150.0;T2 (mm)|0;Velocity Points In|{unit}
+Close1|{c1};Open1|{o1};Close2|{c2};Open2|{o2};Mechanism Travel(T1)(mm)|{drive:.2f}"""
 
 
 def pick(rng: np.random.Generator, choices, p=None):
@@ -116,34 +106,32 @@ def values_of(way: np.ndarray, zone: list[float]) -> dict:
 
 
 def draw_plan(rng: np.random.Generator) -> dict:
-    """Return what the poles of a breaker share: operation, drive, coils and breaks."""
+    """Return what the poles of a breaker share: operation, drive and coils."""
     at = 0.0 if rng.random() < 0.4 else rng.uniform(5, 60)
     latches = {"closing": rng.uniform(25, 60), "opening": rng.uniform(8, 20)}
     moves = []
     for motion in pick(rng, PLANS, p=[0.25, 0.25, 0.35, 0.1, 0.05]).split():
         moves.append((motion, at, latches[motion]))
         at += rng.uniform(200, 400)
-    plan = {"moves": moves, "length": sum(moves[-1][1:]) + rng.uniform(130, 300)}
-    plan |= {"stroke": rng.uniform(100, 200), "breaks": 1 + int(rng.random() < 0.4)}
-    plan |= {"lead": rng.uniform(2, 15) if rng.random() < 0.75 else 0.0, "resistor": None}
-    if rng.random() < 0.12:  # of pre-insertion
-        plan["resistor"] = {"ohm": 10 ** rng.uniform(1, 2.7), "ms": rng.uniform(8, 12)}
-    plan |= {"seeds": {m: int(rng.integers(2**31)) for m in latches}}
-    plan |= {"ganged": rng.random() < 0.4, "second_trip": rng.random() < 0.25}
-    return plan | {"apart": rng.uniform(0, 3) * (not plan["ganged"]) * (rng.random() < 0.5)}
+    return {
+        "moves": moves,
+        "length": sum(moves[-1][1:]) + rng.uniform(130, 300),
+        "stroke": rng.uniform(100, 200),
+        "lead": rng.uniform(2, 15) if rng.random() < 0.75 else 0.0,
+        "seeds": {m: int(rng.integers(2**31)) for m in latches},
+        "ganged": rng.random() < 0.4,
+        "apart": rng.uniform(0, 3) * (rng.random() < 0.3),
+    }
 
 
 def draw_pole(rng: np.random.Generator, phase: str, plan: dict) -> dict:
-    """Return a pole: its breaks, and when its coil is energised and its drive moves."""
+    """Return a pole: its contacts, and when its coil is energised and its drive moves."""
     stroke = plan["stroke"] * rng.uniform(0.98, 1.02)
     gap = stroke * rng.uniform(0.58, 0.7)
-    pole = {"phase": phase, "stroke": stroke, "breaks": [], "motions": []}
-    pole["resistor"] = plan["resistor"]
-    for _ in range(plan["breaks"]):
-        arcing = gap + rng.uniform(0.0, 2.5)
-        pole["breaks"].append({"arcing": arcing, "main": arcing + plan["lead"]})
+    pole = {"phase": phase, "stroke": stroke, "motions": []}
+    pole["contacts"] = {"arcing": gap, "main": gap + plan["lead"]}
     for motion, coil, latch in plan["moves"]:
-        energised = coil + rng.uniform(0, 1) * plan["apart"]
+        energised = coil + rng.uniform(0, 1) * plan["apart"] * (not plan["ganged"])
         alike = np.random.default_rng(plan["seeds"][motion])  # poles of a type move alike
         way, start = motion_curve(alike, stroke, motion == "closing")
         first = energised + latch * rng.uniform(0.97, 1.03)
@@ -153,40 +141,36 @@ def draw_pole(rng: np.random.Generator, phase: str, plan: dict) -> dict:
     ripple = (rng.uniform(1, 3) * stroke / 180, rng.uniform(3, 8))
     pole["ripple"] = ripple if rng.random() < 0.25 else None
     pole["slack"] = rng.uniform(0.5, 3.0) if rng.random() < 0.15 else 0.0
-    pole["slip"] = rng.choice([-1, 1]) * rng.uniform(0.5, 4) if rng.random() < 0.1 else 0.0
     return pole
 
 
 def shown_way(pole: dict, move: dict) -> np.ndarray:
-    """Return a way as a transducer shows it: with ripple of the linkage, slack, and a slip."""
+    """Return a way as a transducer shows it: with ripple of the linkage and slack."""
     way, speed = move["way"], np.gradient(move["way"])
-    slip = pole["slip"] * (1 if move["motion"] == "closing" else -1)
-    slipped = slip * (way > 0.985 * way[-1]).cumsum().astype(bool)  # from the end stop on
     if pole["slack"]:
         way = way * (1 - np.exp(-((way / (2 * pole["slack"])) ** 2)))
     if pole["ripple"]:
         mm, period = pole["ripple"]
         swing = np.sin(2 * np.pi * np.arange(len(way)) * STEP / period)
         way = way + mm * swing * np.clip(speed / speed.max(), 0, 1)
-    return way + slipped
+    return way
 
 
 def position(pole: dict, time: np.ndarray, shown: bool) -> np.ndarray:
     """Return the contact's way from open at some times, itself or as its transducer shows it."""
-    stroke, slipped = pole["stroke"], 0.0
+    stroke = pole["stroke"]
     at = np.full(len(time), 0.0 if pole["motions"][0]["motion"] == "closing" else stroke)
     for move in pole["motions"]:
         way, since = shown_way(pole, move) if shown else move["way"], time - move["first"]
         gone = np.interp(since, np.arange(len(way)) * STEP, way)
-        moved = (gone if move["motion"] == "closing" else stroke - gone) + slipped
-        slipped += pole["slip"] * shown
+        moved = gone if move["motion"] == "closing" else stroke - gone
         at = np.where(since > 0, moved, at)
     return at
 
 
 def travel_column(rng: np.random.Generator, pole: dict, time) -> tuple[np.ndarray, list[str]]:
     """Return a travel channel with the troubles of its chain, and their names."""
-    trouble = [key for key in ("ripple", "slack", "slip") if pole[key]]
+    trouble = [key for key in ("ripple", "slack") if pole[key]]
     noise = pick(rng, [0.02, 0.05, 0.1, 0.2, 0.5, 1.2], p=[0.1, 0.2, 0.4, 0.2, 0.07, 0.03])
     x = position(pole, time, shown=True) + noise * rng.standard_normal(len(time))
     if rng.random() < 0.15:  # of the mains
@@ -196,7 +180,7 @@ def travel_column(rng: np.random.Generator, pole: dict, time) -> tuple[np.ndarra
     if rng.random() < 0.15:
         trouble.append("bursts")
         move = pick(rng, pole["motions"])
-        touch = move["first"] + contact_times(pole, move, pole["breaks"][0])["main"]
+        touch = move["first"] + contact_times(pole, move)["main"]
         at = move["energised"] if rng.random() < 0.5 else touch
         hit = (time >= at) & (time < at + rng.uniform(0.5, 4))
         x = np.where(hit, x + rng.uniform(5, 40) * rng.standard_normal(len(x)), x)
@@ -214,84 +198,31 @@ def coil_current(rng: np.random.Generator, time, move: dict, amps: float) -> np.
     return amps * (1 - np.exp(-on / rise)) * notch * np.exp(-np.maximum(since - long, 0) / 0.6)
 
 
-def lay_out(rng: np.random.Generator, pairs: list, each: int) -> list[list[str]]:
-    """Return lines of cells with some pairs `name :`, value on each, errors and blank lines."""
-    lines: list[list[str]] = []
-    while pairs:
-        many, cells = int(rng.integers(1, each + 1)), []
-        for name, value in pairs[:many]:
-            if rng.random() < 0.03 and len(name) > 9:  # a letter is left out
-                at = int(rng.integers(2, 7))
-                name = name[:at] + name[at + 1 :]
-            stray = "." * (str(value).isdigit() and rng.random() < 0.04)
-            cells += [f"{name} :", f"{value}{stray}", ""]
-        pairs = pairs[many:]
-        lines += [cells, *[[]] * int(rng.random() < 0.1)]
-    return lines
-
-
-def settings(rng: np.random.Generator, plan: dict, poles: dict, style: dict) -> list:
-    """Return the pairs of nameplate, settings and points of speed."""
-    rate, zones, date = style["rate"], style["zones"], style["date"]
+def settings(rng: np.random.Generator, plan: dict, pole: dict, style: dict) -> list[list[str]]:
+    """Return lines of cells with the nameplate, settings and points of speed, some on a line."""
+    rate, zones = style["rate"], style["zones"]
     names = [("Sampling Speed (kC)", rate), ("Sampling Rate (kHz)", rate)]
     names += [("Sample Rate (Hz)", 1000 * rate), ("Sampling Interval (ms)", 1 / rate)]
     rate_name, value = pick(rng, names, p=[0.6, 0.2, 0.1, 0.1])
-    unit, points = pick(rng, [("", ""), (f" ({zones['unit']})", ""), ("", "Points In|{unit};")])
-    if zones["unit"] == "mm" and not unit:
-        points = "Velocity Points In|{unit};"
-    filled = SETTINGS.replace("{points}", points.replace("{unit}", zones["unit"])).format(
-        **{key: style[key] for key in ("station", "bay", "equipment", "serial", "type", "ratio")},
-        **{f"t{k}": "150.0" if k in poles else "0" for k in range(1, 7)},
+    filled = SETTINGS.format(
+        **{key: style[key] for key in ("station", "bay", "equipment", "type", "ratio")},
         **{f"{m[0]}{i + 1}": zones[m][i] for m in ("closing", "opening") for i in (0, 1)},
-        phase_name="Phase" if style["separate"] else "Remark",
-        phase=next(iter(poles.values()))["phase"] if style["separate"] else "NIL",
-        unit=unit,
+        unit=zones["unit"],
         rate_name=rate_name,
         rate=f"{value:g}" if style["stated"] else "NIL",
-        make=pick(rng, ["Alpha", "BETA", "NIL", ""]),
-        kv=pick(rng, ["132", "145", "245.", "420"]),
-        bar=pick(rng, [".7", "6.4", "7.02", "6..8"]),
-        day=f"{date:%d-%m-%Y}",
-        clock=f"{date:%H:%M:%S}",
-        warm=f"{rng.uniform(5, 44):.1f}",
-        operator=pick(rng, ["NIL", "", "A. Gupta", "J. Müller"]),
-        test=" - ".join(m[0].upper() for m, _, _ in plan["moves"]),
-        trigger=pick(rng, ["Internal", "Coil", "External"]),
+        day=f"{style['date']:%d-%m-%Y}",
         range=f"{style['range']:g}",
-        amps=pick(rng, ["100", "200", "50"]),
         length=f"{plan['length']:.0f}",
+        drive=pole["stroke"] / style["ratio"],
     )
-    return [pair.split("|") for line in filled.splitlines() for pair in line.split(";")]
-
-
-def results(rng: np.random.Generator, poles: dict, style: dict) -> tuple[list, list[dict]]:
-    """Return pairs of printed results of six transducers, and which values they truly are."""
-    drive, contact, *others = pick(rng, RESULTS, p=[0.5, 0.25, 0.25]).split("|")
-    kinds = [("stroke", None, drive), ("stroke", None, contact)]
-    for motion, word in (("closing", "Close"), ("opening", "Open")):
-        names = zip(("over_travel", "rebound", "speed", "datum"), others, strict=True)
-        kinds += [(quantity, motion, name.replace("{}", word, 1)) for quantity, name in names]
-    pairs, truth, blank = [], [], pick(rng, ["0.00", "0", "", "NIL"])
-    for (quantity, motion, name), k in product(kinds, range(1, 7)):
-        if not name:
-            continue
-        moves = poles[k]["motions"] if k in poles else []
-        move = next((m for m in moves if motion in (None, m["motion"])), None)
-        if move is None:
-            pairs.append((name.format(k), blank))
-            continue
-        zone = share_of(style["zones"], move["motion"], poles[k]["stroke"])
-        value = values_of(move["way"], zone).get(quantity)
-        if quantity == "datum":  # 10 mm before the touch, or after separation
-            touch = poles[k]["breaks"][0]["arcing"]
-            begin = touch - 10 if motion == "closing" else poles[k]["stroke"] - touch
-            value = mean_speed(move["way"], begin, begin + 10)
-        of = "mechanism" if name == drive else "contact"
-        shown = f"{value / style['ratio'] if of == 'mechanism' else value:.2f}"
-        pairs.append((name.format(k), shown))
-        truth.append({"name": name.format(k), "transducer": k, "motion": motion, "of": of})
-        truth[-1] |= {"quantity": quantity.replace("datum", "speed"), "value": float(shown)}
-    return pairs, truth
+    pairs = [pair.split("|") for line in filled.splitlines() for pair in line.split(";")]
+    lines: list[list[str]] = []
+    while pairs:
+        many = int(rng.integers(1, 5))
+        lines.append([cell for name, value in pairs[:many] for cell in (f"{name} :", value, "")])
+        lines += [[]] * int(rng.random() < 0.1)
+        pairs = pairs[many:]
+    return lines
 
 
 def share_of(zones: dict, motion: str, stroke: float) -> list[float]:
@@ -303,8 +234,6 @@ def analyser(rng: np.random.Generator, plan: dict, poles: list[dict], style: dic
     """Return lines, columns and channels of a resistance and travel analyser's export."""
     time = np.arange(int(plan["length"] * style["rate"])) / style["rate"]
     same = np.random.default_rng(style["seed"])  # files of an inspection are alike
-    spots = sorted(rng.permutation(6)[: len(poles)] + 1) if style["scattered"] else range(1, 7)
-    used = {int(k): pole for k, pole in zip(spots, poles, strict=False)}
     coil = pick(same, ["Coil Current C{} (A)", "C{} Current (A)"], p=[0.8, 0.2])
     travel = pick(same, ["Travel T{} (mm)", "Travel T{} in mm", "Contact Travel T{} (mm)"])
     ohms = ["DCRM Res CH{} in uOhm", "Resistance CH{} (uOhm)", "Resistance CH{} (mOhm)"]
@@ -312,58 +241,42 @@ def analyser(rng: np.random.Generator, plan: dict, poles: list[dict], style: dic
     milli = 1000 if "mOhm" in ohms else 1
     meter, amperes = draw_meter(same, style["range"]), same.random() < 0.8
     ampere = pick(same, ["DCRM Current CH{} in Amp", "Test Current CH{} (A)"], p=[0.7, 0.3])
-    trip = pick(same, [4, 2]) if plan["ganged"] or len(poles) == 1 else 4
     currents = [0.01 * rng.standard_normal(len(time)) for _ in range(6)]
     quiet = pick(rng, [0.0, 0.02, 0.1, 0.5])
     ways = [quiet * rng.standard_normal(len(time)) for _ in range(6)]
-    if rng.random() < 0.2:  # cross-talk
-        ways = [way + 0.03 * position(poles[0], time, shown=True) for way in ways]
     channels = []
-    for i, (k, pole) in enumerate(used.items()):
-        ways[k - 1], trouble = travel_column(rng, pole, time)
-        ways[k - 1] += rng.uniform(5, 40) * style["offset"]
+    for i, pole in enumerate(poles):
+        ways[i], trouble = travel_column(rng, pole, time)
+        ways[i] += rng.uniform(5, 40) * style["offset"]
         coils, amps = {}, rng.uniform(1, 5)
         for move in pole["motions"]:
-            n = (1 if move["motion"] == "closing" else trip) + i * (not plan["ganged"])
-            coils[move["motion"]] = coil.format(n)
+            n = (0 if move["motion"] == "closing" else 3) + i * (not plan["ganged"])
+            coils[move["motion"]] = coil.format(n + 1)
             if i == 0 or not plan["ganged"]:
-                currents[n - 1] += coil_current(rng, time, move, amps)
-            if plan["second_trip"] and move["motion"] == "opening" and len(poles) == 1:
-                later = {"energised": move["energised"] + 1.5, "first": move["first"] + 1.5}
-                currents[n] += coil_current(rng, time, later, amps)
-        channels.append({"column": travel.format(k), "pole": pole, "trouble": trouble})
-        channels[-1] |= {"coils": coils, "transducer": k, "contacts": {}, "kind": "none"}
+                currents[n] += coil_current(rng, time, move, amps)
+        channels.append({"column": travel.format(i + 1), "pole": pole, "trouble": trouble})
+        channels[-1] |= {"coils": coils, "contacts": [], "kind": "none"}
     columns = [("Time (ms)", time, 4)] * style["timed"]
     columns += [(coil.format(k + 1), x, 3) for k, x in enumerate(currents)]
     columns += [(travel.format(k + 1), x, style["digits"]) for k, x in enumerate(ways)]
     columns.append(("", None, 0))
-    # which break each resistance is of
-    wired = [(c, b) for c in channels for b in range(plan["breaks"])] * (style["wired"] > 0.15)
-    if style["wired"] < 0.5 and 0 < len(wired) < 6:
-        wired.insert(int(rng.integers(len(wired) + 1)), (None, 0))
     above = [[""] * len(columns), [""] * len(columns)]
-    for n, (channel, b) in enumerate([*wired, *[(None, 0)] * 6][:6] if style["dcrm"] else [], 1):
-        pole = channel["pole"] if channel else poles[0]
-        parts = pole["breaks"][b] if channel else None
-        ohm, amps = measured(rng, pole, parts, time, meter)
+    wired = channels * (style["wired"] > 0.15)
+    for n, channel in enumerate([*wired, *[None] * 6][:6] if style["dcrm"] else [], 1):
+        ohm, amps = measured(rng, channel and channel["pole"], time, meter)
         own = [(ohms.format(n), ohm / milli, 1 if milli == 1 else 4)]
         own += [(ampere.format(n), amps, 2)] * amperes
         columns += own
-        above[0] += [f"TR{channel['transducer'] if channel else n}", ""][: len(own)]
-        above[1] += [f"{pole['phase']}Break{b + 1}" if channel else "NA", ""][: len(own)]
+        above[0] += [f"TR{n}", ""][: len(own)]
+        phase = channel["pole"]["phase"] + "Break1" if channel else "NA"
+        above[1] += [phase, ""][: len(own)]
         if channel:
-            channel["contacts"] |= {name: b for name, _, _ in own}
+            channel["contacts"] = [name for name, _, _ in own]
             channel["kind"] = "resistance and current" if amperes else "resistance alone"
-    lines, printed = [], []
-    if not style["bare"]:
-        pairs, printed = results(rng, used, style)
-        lines = lay_out(rng, settings(rng, plan, used, style), 4) + [[]] * int(rng.integers(3))
-        lines += lay_out(rng, pairs, pick(rng, [3, 6]))
-        speeds = [p for p in printed if p["quantity"] == "speed"]
-        lines.append([f"{speeds[0]['name'][:5]} -Velocity (m/s) :", f"{speeds[0]['value']:.1f}"])
+    lines = [] if style["bare"] else settings(rng, plan, poles[0], style)
     lines += above if style["rows"] and style["dcrm"] else []
-    found = {"lines": lines, "columns": columns, "channels": channels, "printed": printed}
-    return found | {"shift": 0.0, "layout": "analyser bare" if style["bare"] else "analyser"}
+    sheet = {"lines": lines, "columns": columns, "channels": channels, "shift": 0.0}
+    return sheet | {"layout": "analyser bare" if style["bare"] else "analyser"}
 
 
 def plain(rng: np.random.Generator, plan: dict, poles: list[dict], style: dict) -> dict:
@@ -391,20 +304,20 @@ def plain(rng: np.random.Generator, plan: dict, poles: list[dict], style: dict) 
         x = (pole["stroke"] - x if flips else x) + rng.uniform(5, 40) * style["offset"]
         columns.append((named(1, "mm", pole["phase"]), x, style["digits"]))
         channel = {"column": columns[-1][0], "pole": pole, "trouble": trouble + ["flips"] * flips}
-        channel |= {"contacts": {}, "coils": {}, "transducer": None, "kind": kind}
+        channel |= {"coils": {}, "kind": kind}
         if kind.startswith("resistance"):
-            ohm, amps = measured(rng, pole, pole["breaks"][0], time, meter)
+            ohm, amps = measured(rng, pole, time, meter)
             own = [(named(11, "mOhm", pole["phase"]), ohm / 1000, 4)]
             own += [(named(12, "A", pole["phase"]), amps, 2)] * (kind != "resistance alone")
         elif kind == "voltage":
-            volts = signal(rng, pole, time, rises, 24.0) + 0.2 * rng.standard_normal(len(time))
+            volts = signal(pole, time, rises, 24.0) + 0.2 * rng.standard_normal(len(time))
             own = [(named(2, "V", pole["phase"]), volts, 2)]
         else:
-            state = signal(rng, pole, time, rises or kind == "words", 1.0)
+            state = signal(pole, time, rises or kind == "words", 1.0)
             state = np.where(state > 0, *words[13:]) if kind == "words" else state
             own = [(named(2, "", pole["phase"]), state, 0)] * (kind != "none")
         contacts += own
-        channel["contacts"] |= {name: 0 for name, _, _ in own}
+        channel["contacts"] = [name for name, _, _ in own]
         for motion in sorted({m["motion"] for m in pole["motions"]} if coiled else []):
             phase = "" if plan["ganged"] else pole["phase"]
             name = named(3 if motion == "closing" else 4, "A", phase)
@@ -422,24 +335,24 @@ def plain(rng: np.random.Generator, plan: dict, poles: list[dict], style: dict) 
     shown = [style["station"], style["equipment"], f"{style['date']:{words[10]}}"]
     lines = [list(pair) for pair in zip(words[6:10], [*shown, f"{style['rate']:g}"], strict=True)]
     lines = lines[: 4 if style["stated"] else int(rng.integers(4))] * (not style["bare"])
-    found = {"lines": lines, "columns": columns, "channels": channels, "printed": []}
-    return found | {"shift": shift, "layout": f"plain {LANGUAGES[which]}"}
+    sheet = {"lines": lines, "columns": columns, "channels": channels, "shift": shift}
+    return sheet | {"layout": f"plain {LANGUAGES[which]}"}
 
 
-def write_table(rng: np.random.Generator, path: Path, found: dict, style: dict) -> None:
+def write_table(rng: np.random.Generator, path: Path, sheet: dict, style: dict) -> None:
     """Write lines and columns as the text that an analyser exports."""
     comma, buffer = style["decimal"] == ",", io.StringIO()
-    names = [name for name, _, _ in found["columns"]] + [""] * int(rng.random() < 0.3)
+    names = [name for name, _, _ in sheet["columns"]] + [""] * int(rng.random() < 0.3)
     writer = csv.writer(buffer, delimiter=style["separator"], lineterminator="\n")
-    for cells in found["lines"]:
+    for cells in sheet["lines"]:
         if comma:
             cells = [re.sub(r"^(\d*)\.(\d+)$", r"\1,\2", cell) for cell in cells]
         writer.writerow(cells + [""] * ((len(names) - len(cells)) * style["padded"]))
     writer.writerow(names)
-    n = len(found["columns"][0][1])
+    n = len(sheet["columns"][0][1])
     cells = [
         [""] * n if x is None else [v if isinstance(v, str) else f"{v:.{d}f}" for v in x]
-        for _, x, d in found["columns"]
+        for _, x, d in sheet["columns"]
     ]
     cells += [[""] * n] * (len(names) - len(cells))
     samples = "\n".join(style["separator"].join(row) for row in zip(*cells, strict=True)) + "\n"
@@ -447,42 +360,31 @@ def write_table(rng: np.random.Generator, path: Path, found: dict, style: dict) 
     path.write_bytes(text.replace("\n", style["newline"]).encode(style["encoding"]))
 
 
-def truth_of(path: Path, found: dict, style: dict) -> dict:
+def truth_of(path: Path, sheet: dict, style: dict) -> dict:
     """Return the truth of one file as plain values; times are ms of the file."""
-    shift, channels = found["shift"], {}
-    for channel in found["channels"]:
+    channels = {}
+    for channel in sheet["channels"]:
         pole, motions = channel["pole"], []
         for move in pole["motions"]:
-            way, first = move["way"], move["first"] + shift
+            way, first = move["way"], move["first"] + sheet["shift"]
             zone = share_of(style["zones"], move["motion"], pole["stroke"])
-            ends = [[end for _, end in bounces_of(pole, move, item)] for item in pole["breaks"]]
-            parts = [
-                {kind: first + t for kind, t in contact_times(pole, move, item).items()}
-                | {"bounce": max(own, default=0.0)}
-                for item, own in zip(pole["breaks"], ends, strict=True)
-            ]
-            contacts = {name: parts[b] for name, b in channel["contacts"].items()}
-            # as IEC 62271-100 counts: the last break that touches, the first that parts
-            limit = max if move["motion"] == "closing" else min
-            counted = limit(contacts.values(), key=lambda item: item["arcing"], default={})
             coil, seen = channel["coils"].get(move["motion"]), shown_way(pole, move)
+            truth = {"motion": move["motion"], "first": first, "zone": zone, "coil": coil}
+            truth |= {"energised": move["energised"] + sheet["shift"] if coil else None}
             late = reached(seen, 0.3)  # the start hides in slack
-            about = {"motion": move["motion"], "first": first, "zone": zone, "coil": coil}
-            about |= {"energised": move["energised"] + shift if coil else None}
-            about |= {"shown": values_of(seen, zone), "slack": late * (pole["slack"] > 0)}
-            about |= {"contacts": contacts, "contact": counted.get("arcing")}
-            about |= {key: counted.get(key) for key in ("main", "bounce")}
-            motions.append(about | values_of(way, zone))
-        own = {key: channel[key] for key in ("transducer", "trouble", "kind")}
+            truth |= {"shown": values_of(seen, zone), "slack": late * (pole["slack"] > 0)}
+            truth |= {"columns": channel["contacts"]} | dict.fromkeys(("contact", "main", "bounce"))
+            if channel["contacts"]:
+                arcing, main = (first + t for t in contact_times(pole, move).values())
+                bounces = [end for _, end in bounces_of(pole, move)]
+                truth |= {"contact": arcing, "main": main, "bounce": max(bounces, default=0.0)}
+            motions.append(truth | values_of(way, zone))
         slow = {f"{m['motion']}: {', '.join(m['start'])}" for m in pole["motions"] if m["start"]}
-        own["trouble"] = own["trouble"] + sorted(slow)
-        if pole["resistor"] and own["kind"] in ("voltage", "resistance and current"):
-            own["kind"] += ", resistor" * ("closing" in [m["motion"] for m in motions])
-        channels[channel["column"]] = {"phase": pole["phase"], "motions": motions} | own
-    columns = [name for name, _, _ in found["columns"]]
+        about = {"phase": pole["phase"], "motions": motions, "kind": channel["kind"]}
+        channels[channel["column"]] = about | {"trouble": channel["trouble"] + sorted(slow)}
+    columns = [name for name, _, _ in sheet["columns"]]
     kept = ("rate", "stated", "rows", "zones", "separator", "decimal", "encoding")
-    truth = {"file": path.name, "layout": found["layout"], "channels": channels}
-    truth |= {"columns": columns, "printed": found["printed"]}
+    truth = {"file": path.name, "layout": sheet["layout"], "channels": channels, "columns": columns}
     return truth | {key: style[key] for key in kept}
 
 
@@ -491,7 +393,6 @@ def write_export(folder: Path, rng: np.random.Generator) -> dict:
     folder.mkdir(parents=True, exist_ok=True)
     plan, many = draw_plan(rng), pick(rng, [1, 2, 3], p=[0.35, 0.2, 0.45])
     layout = pick(rng, [analyser, plain], p=[0.65, 0.35])
-    plan["breaks"] = plan["breaks"] if layout is analyser else 1
     separator = pick(rng, [",", ";", "\t"], p=[0.6, 0.25, 0.15])
     date = datetime(2012, 1, 1) + timedelta(seconds=int(rng.integers(12 * 365 * 86400)))
     percent = rng.random() < 0.7
@@ -500,7 +401,6 @@ def write_export(folder: Path, rng: np.random.Generator) -> dict:
         "station": pick(rng, ["Norden  220 kV", "Süd", "Lake Side", "Bellevue", "Grünau"]),
         "bay": f"{rng.integers(1, 9)}0{rng.integers(1, 9)}  {pick(rng, ['Line', 'Bus', 'ICT'])}",
         "equipment": f"{rng.integers(10**7, 10**8)}",
-        "serial": f"{rng.integers(10**3, 10**6)}/{rng.integers(1, 30)}",
         "type": pick(rng, ["GL314", "GL 314", "HX 145", "VR-245", "GL318 CR"]),
         "date": date,
         "rate": pick(rng, RATES if rng.random() < 0.5 else [5, 10, 12]),
@@ -509,7 +409,6 @@ def write_export(folder: Path, rng: np.random.Generator) -> dict:
         "zones": zones | {"unit": "%" if percent else "mm"},
         "seed": int(rng.integers(2**31)),
         "separate": many > 1 and rng.random() < 0.35,
-        "scattered": rng.random() < 0.2,
         "offset": rng.random() < 0.25,
         "digits": pick(rng, [1, 2, 2, 3]),
         "wired": rng.random(),
@@ -527,13 +426,13 @@ def write_export(folder: Path, rng: np.random.Generator) -> dict:
     poles = [draw_pole(rng, phase, plan) for phase in pick(rng, PHASES).split()[:many]]
     files, form = [], int(rng.integers(3))
     for i, group in enumerate([[pole] for pole in poles] if style["separate"] else [poles]):
-        found, names = layout(rng, plan, group, style), [pole["phase"] for pole in group]
+        sheet, names = layout(rng, plan, group, style), [pole["phase"] for pole in group]
         made = date + timedelta(seconds=i)  # files made seconds apart are poles, not repeats
         name = [
             f"{style['equipment']}_{made:%Y%m%d%H%M%S}.csv",
             f"{style['bay'][:3]}-{','.join(names)} {date:%d-%m-%Y}.csv",
             f"{style['equipment']} {'_'.join(names)} {date:%d.%m.%Y}.txt",
         ][form]
-        write_table(rng, folder / name, found, style)
-        files.append(truth_of(folder / name, found, style))
+        write_table(rng, folder / name, sheet, style)
+        files.append(truth_of(folder / name, sheet, style))
     return {"files": files}

@@ -65,8 +65,8 @@ def true_speeds(move: dict, meaning: str) -> list[float]:
 def true_values(move: dict, kind: str, quantities: dict) -> dict[str, tuple[list, float]]:
     """Return true values by the product's names of quantities, and what may be off.
 
-    A value whose first is None need not be stated: of a main contact where there is none beside it
-    or no resistance, and bounces that a resistance alone may or may not show.
+    A value whose first is None need not be stated: of a main contact that the record
+    does not show, and bounces that a resistance alone may or may not show.
     """
     motion, shown, stroke = move["motion"], move["shown"], move["stroke"]
     over = "over_travel" if motion == "closing" else "opening_over_travel"
@@ -140,7 +140,7 @@ def score_columns(truth: dict, column: str, motion: str, said: list) -> list[Row
     others = [m for c in truth["channels"].values() for m in c["motions"]] * bool(move["coil"])
     alike = [m for m in others if m["coil"] and m["motion"] == motion]
     coils = [m["coil"] for m in alike if abs(m["energised"] - move["energised"]) < 0.3]
-    named = (("contact column", list(move["contacts"])), ("coil column", coils))
+    named = (("contact column", list(move["columns"])), ("coil column", coils))
     for (name, true), one in zip(named, said, strict=True):
         true, one = sorted({bare(c) for c in true}), bare(one) if one else None
         verdict = "right" if one in true or not (one or true) else "false"
@@ -155,7 +155,7 @@ def score(truth: dict, document: dict) -> list[Row]:
 
     `document` has `records` as `breaker infer --json` writes them, each with its `channel`, the
     channels and motions `refused`, and of what `breaker inspect` prints `columns` (contact and coil
-    of a channel's motion), and `moves` (channels and motions accepted).
+    of a channel's motion) and `moves` (channels and motions accepted).
     """
     rows: list[Row] = []
     records = [r for r in document["records"] if r["accepted"]]

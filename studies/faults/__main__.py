@@ -1,22 +1,20 @@
-"""Many damaged files before the judge: ``python -m studies.faults --files 100000``.
+"""Damage many files, read them and judge the result: ``python -m studies.faults --files 100000``.
 
-Writes a table of what became of each kind of damage, and fails where the reader does: an error that
-is no rejection, a file that takes too long, or more than one in a thousand accepted files wrong in
-silence.
+Writes a table of the outcomes of each kind of damage. The status is 1 if a file ends in an error
+that is no rejection, takes too long, or if more than 1 in 1,000 accepted files is silently wrong.
 """
 
-import argparse
 import logging
 import sys
 from collections import Counter
 from collections.abc import Iterable
-from concurrent.futures import ProcessPoolExecutor
-from pathlib import Path
+from itertools import chain
 
 import pandas as pd
 from tqdm import tqdm
 
 from studies.faults.judge import APART, KINDS, OUTCOMES, SECONDS, Trial, try_kind
+from studies.shared import in_pool, parser, sampled
 
 SILENT = 0.001
 """Largest share of silent ones among the files accepted."""
@@ -24,29 +22,18 @@ _CHUNK = 100  # files of a job
 
 
 def run(files: int, seed: int, cores: int = 1) -> list[Trial]:
-    """Try so many damaged files, of all kinds alike.
-
-    The result does not depend on the number of cores.
-    """
+    """Try so many damaged files, of all kinds alike; the number of cores changes nothing."""
     count = -(-files // len(KINDS))
+    firsts = range(0, count, _CHUNK)
     jobs = [
-        (kind, range(first, min(first + _CHUNK, count)), seed)
-        for first in range(0, count, _CHUNK)
-        for kind in KINDS
+        (kind, range(first, min(first + _CHUNK, count)), seed) for first in firsts for kind in KINDS
     ]
-    if cores == 1:
-        return [trial for job in jobs for trial in _try_all(job)]
-    with ProcessPoolExecutor(cores, initializer=_be_quiet) as pool:
-        results = tqdm(pool.map(_try_all, jobs), total=len(jobs), mininterval=5, unit="job")
-        return [trial for result in results for trial in result]
+    tried = in_pool(_try_all, jobs, cores)
+    return [*chain.from_iterable(tqdm(tried, total=len(jobs), mininterval=5, unit="job"))]
 
 
-def _be_quiet() -> None:
+def _try_all(kind: str, numbers: range, seed: int) -> list[Trial]:
     logging.getLogger("breaker").setLevel(logging.ERROR)  # each rejection would be a line
-
-
-def _try_all(job: tuple[str, range, int]) -> list[Trial]:
-    kind, numbers, seed = job
     return [try_kind(kind, number, seed) for number in numbers]
 
 
@@ -74,33 +61,28 @@ def defects(table: pd.DataFrame) -> list[str]:
     """Say what is wrong with a reader, from its table."""
     total = table.loc["all"]
     accepted = total[["right", "masked", "flagged", "silent"]].sum()
-    found = []
+    defects = []
     if total.exception:
-        found.append(f"{total.exception:.0f} files end in an error that is no rejection")
+        defects.append(f"{total.exception:.0f} files end in an error that is no rejection")
     if total.slowest > SECONDS:
-        found.append(f"the slowest file takes {total.slowest:.1f} s, more than {SECONDS:g} s")
+        defects.append(f"the slowest file takes {total.slowest:.1f} s, more than {SECONDS:g} s")
     if total.silent > SILENT * accepted:
-        share = (
-            f"{total.silent:.0f} of {accepted:.0f} files accepted, {total.silent / accepted:.2%}"
-        )
-        found.append(f"{share}, are wrong in silence")
-    return found
+        defects.append(f"{total.silent:.0f} of {accepted:.0f} accepted files are silently wrong")
+    return defects
 
 
 def main() -> int:
     """Run, write the table and print it; the status is 1 if anything is wrong."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--files", type=int, default=100_000)
-    parser.add_argument("--seed", type=int, default=41)
-    parser.add_argument("--cores", type=int, default=2)
-    parser.add_argument("--table", type=Path, default=Path("results/faults.csv"))
-    options = parser.parse_args()
+    options = sampled(parser(__doc__), files=100_000).parse_args()
     trials = run(options.files, options.seed, options.cores)
     table = tabulate(trials)
-    options.table.parent.mkdir(parents=True, exist_ok=True)
-    table.to_csv(options.table)
+    if options.table:
+        options.table.parent.mkdir(parents=True, exist_ok=True)
+        table.to_csv(options.table)
+    if options.rows:
+        pd.DataFrame(trials).to_csv(options.rows, index=False)
     print(table.to_string())
-    for trial in [each for each in trials if each.outcome in ("exception", "silent")][:20]:
+    for trial in [trial for trial in trials if trial.outcome in ("exception", "silent")][:20]:
         print(f"{trial.outcome}: {trial.kind}, number {trial.number}: {trial.words}")
     for defect in defects(table):
         print(f"faults: {defect}", file=sys.stderr)

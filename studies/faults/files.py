@@ -15,6 +15,8 @@ import numpy as np
 from studies.faults.records import size
 
 Damage = Callable[[bytes, np.random.Generator], bytes]
+TEXT: dict[str, Damage] = {}
+"""Kinds of damage by name."""
 _CELL = re.compile(rb"-?\d+(?:[.,]\d+)?(?:[eE][+-]?\d+)?")
 _UNITS = [b"mm", b"ms", b"cm", b"us", b"deg", b"s", b"m", b"V", b"inch"]
 _ODD = [
@@ -22,6 +24,12 @@ _ODD = [
     "#DIV/0!", "---", "OVER", "1.2.3", "1,234.5", "0x1F", "1e5000", "12 34", "+-1", "1.", ".", "on",
     "9" * 400, "=A1", "1d3", "\u221212.3", "1e3j", "", " ", '"', "''", "\x00", "\t", "\u200b",
 ]  # fmt: skip
+
+
+def kind(damage: Damage) -> Damage:
+    """Register a kind of damage by the name of its function."""
+    TEXT[damage.__name__.replace("_", " ")] = damage
+    return damage
 
 
 def _lines(content: bytes) -> tuple[list[bytes], bytes]:
@@ -70,6 +78,7 @@ def _in_cells(change: Callable[[bytes, np.random.Generator], bytes]) -> Damage:
     return damage
 
 
+@kind
 @_in_cells
 def odd_numbers(number: bytes, rng: np.random.Generator) -> bytes:
     """Cells with what Python, a spreadsheet or an instrument might write for a number."""
@@ -77,17 +86,7 @@ def odd_numbers(number: bytes, rng: np.random.Generator) -> bytes:
     return _one(rng, _ODD).encode() if rng.random() < 0.8 else number + _one(rng, behind)
 
 
-@_in_cells
-def signs_moved(number: bytes, rng: np.random.Generator) -> bytes:
-    """Numbers without their point, their minus, their first digit, or with one of these more."""
-    change = rng.integers(6)
-    if change == 0:
-        return number.replace(b".", b"").replace(b",", b"")
-    if change == 1:
-        return number[1:] if number.startswith(b"-") else b"-" + number
-    return [number[1:], number[:-1], number + b"0", number * 2][change - 2]
-
-
+@kind
 @_in_cells
 def digits_changed(number: bytes, rng: np.random.Generator) -> bytes:
     """A digit of a number is another, or two change places."""
@@ -100,12 +99,14 @@ def digits_changed(number: bytes, rng: np.random.Generator) -> bytes:
     return bytes(changed)
 
 
+@kind
 @_in_cells
 def cells_lost(number: bytes, rng: np.random.Generator) -> bytes:
     """Blank cells."""
     return b""
 
 
+@kind
 def bytes_flipped(content: bytes, rng: np.random.Generator) -> bytes:
     """Single bits are the other way, in 1 byte to 10 % of them."""
     changed = np.frombuffer(content, dtype=np.uint8).copy()
@@ -114,13 +115,7 @@ def bytes_flipped(content: bytes, rng: np.random.Generator) -> bytes:
     return changed.tobytes()
 
 
-def bytes_zeroed(content: bytes, rng: np.random.Generator) -> bytes:
-    """A block is NUL, as after a crash of the disk."""
-    length = round(size(rng, 1, len(content)))
-    first = int(rng.integers(0, len(content) - length + 1))
-    return content[:first] + b"\0" * length + content[first + length :]
-
-
+@kind
 def lines_deleted(content: bytes, rng: np.random.Generator) -> bytes:
     """Lines are missing, of the head or of the samples."""
     lines, end = _lines(content)
@@ -128,6 +123,7 @@ def lines_deleted(content: bytes, rng: np.random.Generator) -> bytes:
     return end.join(line for i, line in enumerate(lines) if i not in gone)
 
 
+@kind
 def lines_repeated(content: bytes, rng: np.random.Generator) -> bytes:
     """Lines come twice, or all of the file is appended to itself."""
     lines, end = _lines(content)
@@ -137,20 +133,14 @@ def lines_repeated(content: bytes, rng: np.random.Generator) -> bytes:
     return end.join(line for i, line in enumerate(lines) for _ in range(1 + (i in twice)))
 
 
-def lines_moved(content: bytes, rng: np.random.Generator) -> bytes:
-    """Lines change places."""
-    lines, end = _lines(content)
-    where = _some(rng, len(lines))
-    moved = dict(zip(where.tolist(), rng.permutation(where).tolist(), strict=True))
-    return end.join(lines[moved.get(i, i)] for i in range(len(lines)))
-
-
+@kind
 def truncated(content: bytes, rng: np.random.Generator) -> bytes:
     """The file ends early or begins late, in mid-line."""
     lost = round(size(rng, 1, len(content)))
     return content[lost:] if rng.random() < 0.3 else content[: len(content) - lost]
 
 
+@kind
 def other_delimiter(content: bytes, rng: np.random.Generator) -> bytes:
     """Another sign separates the columns, in the whole file or from some line on."""
     new = _one(rng, [b";", b"\t", b"|", b",", b" ", b"::", b", "])
@@ -160,6 +150,7 @@ def other_delimiter(content: bytes, rng: np.random.Generator) -> bytes:
     return end.join(lines[:first] + [line.replace(sign, new) for line in lines[first:]])
 
 
+@kind
 def other_decimal(content: bytes, rng: np.random.Generator) -> bytes:
     """Decimal points become commas or the other way round, in the whole file or from a line on."""
     lines, end = _lines(content)
@@ -168,6 +159,7 @@ def other_decimal(content: bytes, rng: np.random.Generator) -> bytes:
     return end.join(lines[:first] + [line.translate(swap) for line in lines[first:]])
 
 
+@kind
 def other_encoding(content: bytes, rng: np.random.Generator) -> bytes:
     """The text in another encoding, or behind a byte order mark, the right one or another."""
     if rng.random() < 0.5:
@@ -176,6 +168,7 @@ def other_encoding(content: bytes, rng: np.random.Generator) -> bytes:
     return content.decode("latin-1").encode(new, errors="replace")
 
 
+@kind
 def line_ends(content: bytes, rng: np.random.Generator) -> bytes:
     """Lines end in another way, all or some of them."""
     new = _one(rng, [b"\r\n", b"\r", b"\n\n", b"\r\r\n", b"\n\r", b"\x0b", b"\x85", b"\x1e"])
@@ -185,6 +178,7 @@ def line_ends(content: bytes, rng: np.random.Generator) -> bytes:
     return b"".join(line + (new if i in where else end) for i, line in enumerate(lines))
 
 
+@kind
 def long_line(content: bytes, rng: np.random.Generator) -> bytes:
     """One line has up to 300,000 signs more: digits, delimiters, blanks or quotation marks."""
     lines, end = _lines(content)
@@ -194,14 +188,7 @@ def long_line(content: bytes, rng: np.random.Generator) -> bytes:
     return end.join(lines)
 
 
-def quotation_marks(content: bytes, rng: np.random.Generator) -> bytes:
-    """Quotation marks where none belong."""
-    changed = bytearray(content)
-    for i in rng.choice(len(content), round(size(rng, 1, 50)), replace=False)[::-1]:
-        changed[i:i] = _one(rng, [b'"', b"'", b'""'])
-    return bytes(changed)
-
-
+@kind
 def other_units(content: bytes, rng: np.random.Generator) -> bytes:
     """Units of the head are others."""
     for i in rng.permutation(len(_UNITS)):
@@ -211,6 +198,7 @@ def other_units(content: bytes, rng: np.random.Generator) -> bytes:
     return content
 
 
+@kind
 def columns_swapped(content: bytes, rng: np.random.Generator) -> bytes:
     """Two columns change places, with their names or without them, in all lines or from one on."""
     lines, end, sign, width, samples = _columns(content)
@@ -223,16 +211,7 @@ def columns_swapped(content: bytes, rng: np.random.Generator) -> bytes:
     return end.join(lines)
 
 
-def column_lost(content: bytes, rng: np.random.Generator) -> bytes:
-    """A column is missing, with its name or without it."""
-    lines, end, sign, width, samples = _columns(content)
-    i = int(rng.integers(0, width))
-    for n in range(_one(rng, [0, samples]), len(lines)):
-        cells = lines[n].split(sign)
-        lines[n] = sign.join(cells[:i] + cells[i + 1 :])
-    return end.join(lines)
-
-
+@kind
 def names_changed(content: bytes, rng: np.random.Generator) -> bytes:
     """A word of the head is spelt otherwise, gone, or there twice."""
     words = list(re.finditer(rb"[A-Za-z]{3,}", content[:3000]))
@@ -244,15 +223,7 @@ def names_changed(content: bytes, rng: np.random.Generator) -> bytes:
     return content[: word.start()] + _one(rng, new) + content[word.end() :]
 
 
-def trailing_cells(content: bytes, rng: np.random.Generator) -> bytes:
-    """Lines have cells more at their end: blank ones, or a remark."""
-    more = _one(rng, [b"", b"", b" ", b"0", b"ok", b"1.5"])
-    cells = (_delimiter(content) + more) * round(size(rng, 1, 20))
-    lines, end = _lines(content)
-    where = set(range(len(lines)) if rng.random() < 0.5 else _some(rng, len(lines)).tolist())
-    return end.join(line + cells * (i in where and line != b"") for i, line in enumerate(lines))
-
-
+@kind
 def junk_lines(content: bytes, rng: np.random.Generator) -> bytes:
     """Lines of something else between the lines: page heads, remarks, blanks, the head again."""
     (lines, end), sign = _lines(content), _delimiter(content)
@@ -262,15 +233,7 @@ def junk_lines(content: bytes, rng: np.random.Generator) -> bytes:
     return end.join(lines)
 
 
-def preamble(content: bytes, rng: np.random.Generator) -> bytes:
-    """1 to 100 lines more before all others, some of which look like names, units or samples."""
-    (lines, end), sign = _lines(content), _delimiter(content)
-    words = [b"Report", b"Time", b"mm", b"", b'"', lines[len(lines) // 2], sign * 5]
-    words += [sign.join(cells) for cells in ([b"travel", b"time"], [b"1", b"2"])]
-    more = [_one(rng, words) for _ in range(round(size(rng, 1, 100)))]
-    return end.join(more + lines)
-
-
+@kind
 def binary(content: bytes, rng: np.random.Generator) -> bytes:
     """The file, or a block in it, is of random bytes; or it is a picture or an archive."""
     junk = rng.bytes(round(size(rng, 1, 20_000)))
@@ -280,19 +243,7 @@ def binary(content: bytes, rng: np.random.Generator) -> bytes:
     return inside if rng.random() < 0.5 else _one(rng, whole)
 
 
+@kind
 def empty(content: bytes, rng: np.random.Generator) -> bytes:
     """Nothing, blanks, or the head alone."""
     return _one(rng, [b"", b"\n", b"\n" * 5000, b" " * 5000, b"\0" * 5000, content[:100]])
-
-
-TEXT: dict[str, Damage] = {
-    each.__name__.replace("_", " "): each
-    for each in (
-        odd_numbers, signs_moved, digits_changed, cells_lost, bytes_flipped,
-        bytes_zeroed, lines_deleted, lines_repeated, lines_moved, truncated,
-        other_delimiter, other_decimal, other_encoding, line_ends, long_line,
-        quotation_marks, other_units, columns_swapped, column_lost, names_changed, trailing_cells,
-        junk_lines, preamble, binary, empty,
-    )
-}  # fmt: skip
-"""Kinds of damage by name."""

@@ -8,7 +8,7 @@ drive: the format states the layout, the rate, and the stroke within 1.5 %. What
   at a first motion that is within 0.2 ms;
 - masked: right, because samples were left out as doubtful;
 - flagged: wrong, with a remark, of which the good file has none;
-- silent: wrong, and nobody is told. There should be none.
+- silent: wrong, without a remark. There should be none.
 
 The sensor has a noise of 0.05 mm, so that 0.3 mm are more than noise makes. Any error but a
 rejection, and any file that takes more than 2 s, is a defect.
@@ -130,22 +130,15 @@ def good_file(layout: str, motion: str, number: int, seed: int) -> Good:
         truth = curve[0] + _SENSOR.zero_sd * rng.standard_normal()
         record = truth + _SENSOR.noise_sd * rng.standard_normal(time.size)
         stroke = abs(np.median(record[-20:]) - np.median(record[:20]))
-        known = {
-            "rate": form.rate,
-            "stroke": [(1 - _STROKE) * stroke, (1 + _STROKE) * stroke],
-        }
-        good = Good(
-            layout, motion, time, record, truth, {**form.settings, **known}, 0.0, record, {}
-        )
+        known = {"rate": form.rate, "stroke": [(1 + by) * stroke for by in (-_STROKE, _STROKE)]}
+        settings = {**form.settings, **known}
+        good = Good(layout, motion, time, record, truth, settings, 0.0, record, {})
         with tempfile.TemporaryDirectory() as folder:
             file = Path(folder, f"{motion}_00001{form.ending}")
             good.write(file, time, record)
             curves = good.read(file)
-            names = [
-                file.name,
-                *sorted({each.name for each in Path(folder).iterdir()} - {file.name}),
-            ]
-            files = {name: Path(folder, name).read_bytes() for name in names}
+            others = sorted({path.name for path in Path(folder).iterdir()} - {file.name})
+            files = {name: Path(folder, name).read_bytes() for name in (file.name, *others)}
         words = curves.reason.item() + curves.remarks.item()
         if not words and not curves.masked.item():
             first = float(curves.first_motion.item())
@@ -166,7 +159,7 @@ def is_right(good: Good, record: np.ndarray) -> bool:
     near = int(_FIRST_MOTION / step + 1e-6)
     off = np.abs(record - good.record)
     for at in (grid + step * i for i in range(-near, near + 1)):
-        both = [np.interp(at, good.time, each) + zero for each in (good.travel, good.truth)]
+        both = [np.interp(at, good.time, way) + zero for way in (good.travel, good.truth)]
         off = np.vstack([off, np.abs(record - both).min(axis=0)])
     return bool((np.atleast_2d(off)[:, kept] <= _TRAVEL).all(axis=1).any())
 

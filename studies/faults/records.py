@@ -9,9 +9,16 @@ orders of magnitude, so that some of it is below the noise and some of it leaves
 from collections.abc import Callable
 
 import numpy as np
-from scipy.signal import lfilter
 
 Record = tuple[np.ndarray, np.ndarray]
+PHYSICAL: dict[str, Callable[[np.ndarray, np.ndarray, np.random.Generator], Record]] = {}
+"""Kinds of damage by name."""
+
+
+def kind(damage: Callable) -> Callable:
+    """Register a kind of damage by the name of its function."""
+    PHYSICAL[damage.__name__.replace("_", " ")] = damage
+    return damage
 
 
 def size(rng: np.random.Generator, low: float, high: float) -> float:
@@ -37,6 +44,7 @@ def _stretch(time: np.ndarray, low: float, high: float, rng: np.random.Generator
     return slice(first, first + length)
 
 
+@kind
 def clipped(time: np.ndarray, travel: np.ndarray, rng: np.random.Generator) -> Record:
     """The range of the channel ends inside the stroke: 0.1 to 100 % of it are cut off."""
     low, high = travel.min(), travel.max()
@@ -44,26 +52,31 @@ def clipped(time: np.ndarray, travel: np.ndarray, rng: np.random.Generator) -> R
     return time, np.clip(travel, *((low, high - cut) if rng.random() < 0.5 else (low + cut, high)))
 
 
+@kind
 def drifting(time: np.ndarray, travel: np.ndarray, rng: np.random.Generator) -> Record:
     """The zero drifts evenly, by 0.01 to 20 mm over the record."""
     return time, travel + _signed(rng, 0.01, 20.0) * np.linspace(0.0, 1.0, time.size)
 
 
+@kind
 def offset(time: np.ndarray, travel: np.ndarray, rng: np.random.Generator) -> Record:
     """The zero is off by 0.01 to 30 mm."""
     return time, travel + _signed(rng, 0.01, 30.0)
 
 
+@kind
 def slipped(time: np.ndarray, travel: np.ndarray, rng: np.random.Generator) -> Record:
     """The mount of the sensor slips once, by 0.05 to 10 mm."""
     return time, travel + _signed(rng, 0.05, 10.0) * (time > rng.uniform(time[0], time[-1]))
 
 
+@kind
 def gain(time: np.ndarray, travel: np.ndarray, rng: np.random.Generator) -> Record:
     """The scale is wrong by 0.1 to 100 %, up or down."""
     return time, travel * np.exp(_signed(rng, 0.001, 1.0))
 
 
+@kind
 def stuck(time: np.ndarray, travel: np.ndarray, rng: np.random.Generator) -> Record:
     """The reading stays for 0.2 ms up to the whole record, and goes on where it should be."""
     part, travel = _part(rng, time.size, 2), travel.copy()
@@ -71,17 +84,7 @@ def stuck(time: np.ndarray, travel: np.ndarray, rng: np.random.Generator) -> Rec
     return time, travel
 
 
-def swapped(time: np.ndarray, travel: np.ndarray, rng: np.random.Generator) -> Record:
-    """Pairs of samples, 1 to 100 of them, change places over 1 to 200 samples."""
-    travel = travel.copy()
-    for _ in range(round(size(rng, 1, 100))):
-        apart = round(size(rng, 1, 200))
-        i = int(rng.integers(0, max(1, time.size - apart)))
-        j = min(i + apart, time.size - 1)
-        travel[[i, j]] = travel[[j, i]]
-    return time, travel
-
-
+@kind
 def blocks_swapped(time: np.ndarray, travel: np.ndarray, rng: np.random.Generator) -> Record:
     """Two neighbouring blocks of a buffer, of 1 to 200 samples, change places."""
     length = min(round(size(rng, 1, 200)), time.size // 2)
@@ -91,11 +94,7 @@ def blocks_swapped(time: np.ndarray, travel: np.ndarray, rng: np.random.Generato
     return time, travel[order]
 
 
-def blank(time: np.ndarray, travel: np.ndarray, rng: np.random.Generator) -> Record:
-    """Single samples have no reading: 0.1 to 90 % of them."""
-    return time, np.where(rng.random(time.size) < size(rng, 0.001, 0.9), np.nan, travel)
-
-
+@kind
 def gap(time: np.ndarray, travel: np.ndarray, rng: np.random.Generator) -> Record:
     """A stretch from one sample up to nearly the whole record has no reading."""
     travel = travel.copy()
@@ -103,6 +102,7 @@ def gap(time: np.ndarray, travel: np.ndarray, rng: np.random.Generator) -> Recor
     return time, travel
 
 
+@kind
 def rows_lost(time: np.ndarray, travel: np.ndarray, rng: np.random.Generator) -> Record:
     """A stretch, or single samples, are lost together with their times."""
     keep = np.ones(time.size, dtype=bool)
@@ -114,6 +114,7 @@ def rows_lost(time: np.ndarray, travel: np.ndarray, rng: np.random.Generator) ->
     return time[keep], travel[keep]
 
 
+@kind
 def samples_lost(time: np.ndarray, travel: np.ndarray, rng: np.random.Generator) -> Record:
     """A stretch of samples is lost, and the times go on as if they were not: a buffer overran."""
     part = _part(rng, time.size - 2, 1)
@@ -121,27 +122,25 @@ def samples_lost(time: np.ndarray, travel: np.ndarray, rng: np.random.Generator)
     return time[: left.size], left
 
 
-def samples_repeated(time: np.ndarray, travel: np.ndarray, rng: np.random.Generator) -> Record:
-    """A stretch of samples comes twice, and what follows comes later by its length."""
-    part = _part(rng, time.size // 2, 1)
-    return time, np.insert(travel, part.stop, travel[part])[: time.size]
-
-
+@kind
 def time_scaled(time: np.ndarray, travel: np.ndarray, rng: np.random.Generator) -> Record:
     """The clock is wrong by 0.01 to 100 %, and the times with it."""
     return time * np.exp(_signed(rng, 1e-4, 1.0)), travel
 
 
+@kind
 def time_jitter(time: np.ndarray, travel: np.ndarray, rng: np.random.Generator) -> Record:
     """Each time is off by itself, with an sd of 0.1 µs to 10 ms."""
     return time + size(rng, 1e-4, 10.0) * rng.standard_normal(time.size), travel
 
 
+@kind
 def time_jumps(time: np.ndarray, travel: np.ndarray, rng: np.random.Generator) -> Record:
     """The clock jumps once, by 1 µs to 1 s, on or back."""
     return time + _signed(rng, 1e-3, 1e3) * (time > rng.uniform(time[0], time[-1])), travel
 
 
+@kind
 def spikes(time: np.ndarray, travel: np.ndarray, rng: np.random.Generator) -> Record:
     """Single samples, 1 to 30, are off by 0.05 to 100 mm."""
     travel, count = travel.copy(), round(size(rng, 1, 30))
@@ -151,6 +150,7 @@ def spikes(time: np.ndarray, travel: np.ndarray, rng: np.random.Generator) -> Re
     return time, travel
 
 
+@kind
 def burst(time: np.ndarray, travel: np.ndarray, rng: np.random.Generator) -> Record:
     """0.2 to 20 ms of noise of 0.1 to 30 mm on top."""
     part, travel = _stretch(time, 0.2, 20.0, rng), travel.copy()
@@ -158,6 +158,7 @@ def burst(time: np.ndarray, travel: np.ndarray, rng: np.random.Generator) -> Rec
     return time, travel
 
 
+@kind
 def excursion(time: np.ndarray, travel: np.ndarray, rng: np.random.Generator) -> Record:
     """One smooth excursion of 0.1 to 30 mm and back, in 0.5 to 50 ms."""
     part, travel = _stretch(time, 0.5, 50.0, rng), travel.copy()
@@ -165,38 +166,27 @@ def excursion(time: np.ndarray, travel: np.ndarray, rng: np.random.Generator) ->
     return time, travel
 
 
-def dropout(time: np.ndarray, travel: np.ndarray, rng: np.random.Generator) -> Record:
-    """A stretch reads 0, or the end of a range of 5 to 1,000 mm: a loose contact."""
-    travel = travel.copy()
-    travel[_part(rng, time.size, 1)] = 0.0 if rng.random() < 0.5 else _signed(rng, 5.0, 1000.0)
-    return time, travel
-
-
+@kind
 def quantised(time: np.ndarray, travel: np.ndarray, rng: np.random.Generator) -> Record:
     """The reading has steps of 0.01 to 5 mm."""
     step = size(rng, 0.01, 5.0)
     return time, step * np.rint(travel / step)
 
 
+@kind
 def noisy(time: np.ndarray, travel: np.ndarray, rng: np.random.Generator) -> Record:
     """White noise of 0.01 to 3 mm on top."""
     return time, travel + size(rng, 0.01, 3.0) * rng.standard_normal(time.size)
 
 
-def coloured(time: np.ndarray, travel: np.ndarray, rng: np.random.Generator) -> Record:
-    """Noise of 0.01 to 3 mm on top, of which neighbours share 30 to 99 %."""
-    share = rng.uniform(0.3, 0.99)
-    white = rng.standard_normal(time.size + 500)
-    noise = np.sqrt(1.0 - share**2) * lfilter([1.0], [1.0, -share], white)[500:]
-    return time, travel + size(rng, 0.01, 3.0) * noise
-
-
+@kind
 def hum(time: np.ndarray, travel: np.ndarray, rng: np.random.Generator) -> Record:
     """Mains of 50 or 60 Hz on top, of 0.01 to 5 mm."""
     phase = 2 * np.pi * (rng.choice([0.05, 0.06]) * time + rng.random())
     return time, travel + size(rng, 0.01, 5.0) * np.sin(phase)
 
 
+@kind
 def smoothed(time: np.ndarray, travel: np.ndarray, rng: np.random.Generator) -> Record:
     """A filter averages over 2 to 100 neighbours."""
     width = round(size(rng, 2, 100))
@@ -204,29 +194,28 @@ def smoothed(time: np.ndarray, travel: np.ndarray, rng: np.random.Generator) -> 
     return time, np.convolve(ends, np.full(width, 1.0 / width), mode="valid")
 
 
-def reversed_(time: np.ndarray, travel: np.ndarray, rng: np.random.Generator) -> Record:
-    """The samples are in the reverse order."""
-    return time, travel[::-1].copy()
-
-
+@kind
 def upside_down(time: np.ndarray, travel: np.ndarray, rng: np.random.Generator) -> Record:
     """The sign is wrong, about zero or about the middle of the stroke."""
     middle = rng.choice([0.0, float(np.median(travel))])
     return time, 2 * middle - travel
 
 
+@kind
 def begins_late(time: np.ndarray, travel: np.ndarray, rng: np.random.Generator) -> Record:
     """The first 0.1 to 99 % of the record are missing."""
     first = round(size(rng, 0.001, 0.99) * time.size)
     return time[first:], travel[first:]
 
 
+@kind
 def ends_early(time: np.ndarray, travel: np.ndarray, rng: np.random.Generator) -> Record:
     """The last 0.1 to 99 % of the record are missing."""
     last = time.size - round(size(rng, 0.001, 0.99) * time.size)
     return time[:last], travel[:last]
 
 
+@kind
 def moves_back(time: np.ndarray, travel: np.ndarray, rng: np.random.Generator) -> Record:
     """The drive moves back to where it was, 1 to 70 ms after the record begins, in 2 to 30 ms."""
     begins, lasts = size(rng, 1.0, 70.0), size(rng, 2.0, 30.0)
@@ -234,6 +223,7 @@ def moves_back(time: np.ndarray, travel: np.ndarray, rng: np.random.Generator) -
     return time, travel + (travel[0] - travel) * back**2 * (3.0 - 2.0 * back)
 
 
+@kind
 def two_motions(time: np.ndarray, travel: np.ndarray, rng: np.random.Generator) -> Record:
     """A motion and its reverse, 0.5 to 300 ms later, in one record."""
     step, wait = np.median(np.diff(time)), round(size(rng, 0.5, 300.0))
@@ -243,25 +233,14 @@ def two_motions(time: np.ndarray, travel: np.ndarray, rng: np.random.Generator) 
     return time[0] + step * np.arange(both.size), both
 
 
+@kind
 def flat(time: np.ndarray, travel: np.ndarray, rng: np.random.Generator) -> Record:
     """Nothing moves: the noise at rest, or one value."""
     noise = size(rng, 1e-4, 1.0) * rng.standard_normal(time.size)
     return time, travel[0] + noise * (rng.random() < 0.8)
 
 
+@kind
 def nothing(time: np.ndarray, travel: np.ndarray, rng: np.random.Generator) -> Record:
     """Nothing is wrong: how often is a good record rejected or remarked on?"""
     return time, travel
-
-
-PHYSICAL: dict[str, Callable[[np.ndarray, np.ndarray, np.random.Generator], Record]] = {
-    each.__name__.strip("_").replace("_", " "): each
-    for each in (
-        nothing, clipped, drifting, offset, slipped, gain, stuck, swapped, blocks_swapped, blank,
-        gap, rows_lost, samples_lost, samples_repeated, time_scaled, time_jitter, time_jumps,
-        spikes, burst, excursion, dropout, quantised, noisy, coloured, hum, smoothed, reversed_,
-        upside_down,
-        begins_late, ends_early, moves_back, two_motions, flat,
-    )
-}  # fmt: skip
-"""Kinds of damage by name."""

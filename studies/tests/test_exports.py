@@ -16,16 +16,15 @@ from studies.exports.scores import bare, score, true_values
 
 def write(folder, *seed):
     """Return truth and samples of each file of a sheet."""
-    inspection = write_export(folder, np.random.default_rng(seed))
-    found = []
-    for truth in inspection["files"]:
+    files = []
+    for truth in write_export(folder, np.random.default_rng(seed))["files"]:
         lines = (folder / truth["file"]).read_bytes().decode(truth["encoding"]).splitlines()
         names = truth["separator"].join(truth["columns"])
         start = next(i for i, line in enumerate(lines) if line.startswith(names))
         text = io.StringIO("\n".join(lines[start:]))
         samples = pd.read_csv(text, sep=truth["separator"], decimal=truth["decimal"])
-        found.append((truth, samples))
-    return found
+        files.append((truth, samples))
+    return files
 
 
 def times(truth, samples):
@@ -50,7 +49,7 @@ def document_of(truth):
             record = {"channel": column, "motion": move["motion"], "accepted": True}
             record |= {"fit": {"first_motion": move["first"]}, "quantities": quantities}
             document["records"].append(record)
-            contact = next(iter(move["contacts"]), None)
+            contact = next(iter(move["columns"]), None)
             document["columns"].append([column, move["motion"], contact, move["coil"]])
             document["moves"].append([bare(column), move["motion"]])
     return document
@@ -91,30 +90,19 @@ def test_truth_is_that_of_the_samples(tmp_path, number):
                 before = (time < move["first"]) & (time > move["first"] - 8)
                 after = (time < end) & (time > end - 8)
                 way = abs(np.median(x[after]) - np.median(x[before]))
-                slip = 4.0 if "slip" in channel["trouble"] else 0.0
-                assert way == pytest.approx(move["stroke"], abs=0.02 * move["stroke"] + slip)
+                assert way == pytest.approx(move["stroke"], abs=0.02 * move["stroke"])
                 if move["coil"]:
                     current = samples[move["coil"]].to_numpy()
                     on = move["energised"]
                     assert np.all(np.abs(current[(time < on) & (time > on - 30)]) < 0.1)
                     assert current[(time > on + 1) & (time < on + 10)].max() > 0.15
-                for name, kinds in move["contacts"].items():
+                for name in move["columns"]:
                     edge = samples[name]
                     edge = edge if edge.dtype.kind in "fi" else pd.factorize(edge)[0]
                     # an arcing contact may be beyond the range of a resistance
-                    instants = [kinds["arcing"], kinds["main"]][: 1 + ("Ohm" in name)]
+                    instants = [move["contact"], move["main"]][: 1 + ("Ohm" in name)]
                     near = [np.abs(time - at) < 3 + 1 / truth["rate"] for at in instants]
                     assert max(np.ptp(edge[some]) for some in near) > 0.4 * np.ptp(edge)
-
-
-def test_printed_stroke_is_of_its_transducer(sheet):
-    truth = sheet(lambda t: len(t["channels"]) > 1 and t["printed"])
-    for p in truth["printed"]:
-        if p["quantity"] == "stroke" and p["of"] == "contact":
-            channel = next(
-                c for c in truth["channels"].values() if c["transducer"] == p["transducer"]
-            )
-            assert p["value"] == pytest.approx(channel["motions"][0]["stroke"], abs=0.01)
 
 
 def test_same_seed_same_file(tmp_path):

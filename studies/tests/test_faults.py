@@ -146,7 +146,7 @@ def test_what_is_wrong_with_a_table():
     right = [trial._replace(seconds=0.1)] * 999
     assert defects(tabulate([*right, trial._replace(outcome="silent", seconds=0.1)])) == []
     for wrong, words in (
-        ([trial._replace(outcome="silent", seconds=0.1)] * 2, "wrong in silence"),
+        ([trial._replace(outcome="silent", seconds=0.1)] * 2, "silently wrong"),
         ([trial._replace(outcome="exception", seconds=0.1)], "no rejection"),
         ([trial._replace(seconds=2.1)], "takes 2.1 s"),
     ):
