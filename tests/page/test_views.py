@@ -35,12 +35,12 @@ def value(ask, query, name):
 
 
 def test_the_list_has_names_at_once_and_poles_of_an_inspection_in_one_row_later(ask):
-    names, told = ask("/"), unescape(ask.listed())
+    names, listed = ask("/"), unescape(ask.listed())
     assert 'data-seen="0" data-count="9"' in names
-    assert (names.count(" data-unseen"), told.count(" data-unseen")) == (9, 0)
+    assert (names.count(" data-unseen"), listed.count(" data-unseen")) == (9, 0)
     for text in ("HV-20417", "2021-03-14", "LTB 420"):
-        assert (text in names, text in told) == (False, True)
-    groups = [re.findall(r' data-query="(.*?)"', each) for each in told.split("<tbody>")]
+        assert (text in names, text in listed) == (False, True)
+    groups = [re.findall(r' data-query="(.*?)"', each) for each in listed.split("<tbody>")]
     trips = "&".join(f"file=trip_{phase}.csv" for phase in "BRY")
     assert ["file=one.csv&before=old.csv", "file=old.csv"] in groups  # the newest first
     assert [f"{TODAY}&{trips.replace('file', 'before')}", trips] in groups

@@ -5,7 +5,7 @@ import pytest
 from breaker.records.files import RejectedCurveError
 
 
-def told(file, read):
+def refusal(file, read):
     """Why, in one line after the file's name."""
     with pytest.raises(RejectedCurveError) as caught:
         read()

@@ -7,7 +7,7 @@ import pytest
 
 from breaker.records.formats.registry import look_into, read_columns
 from breaker.records.settings import complete
-from tests.records.refused import told
+from tests.records.refused import refusal
 
 TIME = np.round(0.1 * np.arange(60), 1)
 TRAVEL = np.round(0.02 * np.arange(60) ** 1.5, 3)
@@ -60,9 +60,9 @@ def test_every_type_of_data_is_read_with_its_status_channels(file, kind, rates):
         columns = read(file, channel)
         np.testing.assert_allclose(columns.travel, expected, atol=1e-6)
         np.testing.assert_allclose(columns.time, 1e-3 * TIME, atol=1e-12)
-        np.testing.assert_array_equal(columns.beside["contact"], CLOSED)
+        np.testing.assert_array_equal(columns.paired["contact"], CLOSED)
     np.testing.assert_allclose(read(file, time_unit="us").time, 1e3 * TIME)
-    told(file, lambda: read(file, "Travel A"))
+    refusal(file, lambda: read(file, "Travel A"))
     np.testing.assert_array_equal(look_into(file).columns[2], CLOSED)
 
 
@@ -74,7 +74,7 @@ def test_a_single_file_is_read(tmp_path, kind):
     single.write_bytes(parts + b"--- file type: DAT %b ---\r\n" % kind.encode() + data)
     np.testing.assert_allclose(read(single).travel, TRAVEL, atol=1e-9)
     single.write_bytes(parts)
-    told(single, lambda: read(single))
+    refusal(single, lambda: read(single))
 
 
 @pytest.mark.parametrize(
@@ -109,7 +109,7 @@ def test_names_in_another_code_page_are_read_with_it(file, code, name, unit):
     seen = look_into(file)
     assert (seen.names[1], seen.units[1]) == (name, "mm")
     np.testing.assert_allclose(read(file, name, **seen.settings).travel, TRAVEL, atol=1e-9)
-    told(file, lambda: read(file, name))
+    refusal(file, lambda: read(file, name))
 
 
 @pytest.mark.parametrize("kind", ["ASCII", "BINARY"])
@@ -127,7 +127,7 @@ def test_names_in_another_code_page_are_read_with_it(file, code, name, unit):
 )
 def test_what_contradicts_or_is_damaged_is_refused(file, kind, change):
     recorded(file, kind=kind, change=change)
-    told(file, lambda: read(file))
+    refusal(file, lambda: read(file))
 
 
 def test_data_that_are_no_numbers_or_not_there_are_refused(file):
@@ -138,6 +138,6 @@ def test_data_that_are_no_numbers_or_not_there_are_refused(file):
         with pytest.raises(ValueError, match=r"a\.(dat|cfg)"):
             read(file)
     for use in (read, look_into):
-        assert ".cfg" in told(data, lambda use=use: use(data))
+        assert ".cfg" in refusal(data, lambda use=use: use(data))
     data.unlink()
-    told(data, lambda: read(file))
+    refusal(data, lambda: read(file))

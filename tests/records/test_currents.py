@@ -70,7 +70,7 @@ HELD = np.where(TIME > TRIGGER, coil(peak=2.0)[TIME.searchsorted(49.0)], 0.0)
         *[(name, currents(np.nan * TIME)) for name in CURRENTS],
     ],
 )
-def test_what_a_current_does_not_show_is_not_told(name, read):
+def test_what_a_current_does_not_show_is_withheld(name, read):
     with pytest.raises(NotShownError):
         getattr(read, name)()
 

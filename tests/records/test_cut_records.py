@@ -14,7 +14,7 @@ def test_a_record_that_is_cut_has_no_wrong_stroke(stroke, rate):
     than five sds and 2 %.
     """
     rng = np.random.default_rng([5, int(stroke), int(rate)])
-    duration, told = 12.0 * (stroke / 13.5) ** 0.7, 0
+    duration, reported = 12.0 * (stroke / 13.5) ** 0.7, 0
     for until in np.linspace(0.5, 2.0, 40):
         time = np.arange(0.0, duration * (1.0 + until), 1.0 / rate)
         noise = stroke * 10.0 ** rng.uniform(-3.2, -2.0)
@@ -24,10 +24,10 @@ def test_a_record_that_is_cut_has_no_wrong_stroke(stroke, rate):
         except ValueError:
             continue
         if not found["stroke"].reason:
-            told += 1
+            reported += 1
             off = abs(found["stroke"].value - stroke)
             assert off < max(5.0 * found["stroke"].sd, 0.02 * stroke), until
-    assert told >= 5
+    assert reported >= 5
 
 
 @pytest.mark.parametrize("creeps", [True, False])

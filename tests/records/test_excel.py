@@ -11,7 +11,7 @@ from breaker.records.files import LARGEST
 from breaker.records.formats import excel as workbooks
 from breaker.records.formats.registry import look_into, read_columns
 from breaker.records.settings import complete
-from tests.records.refused import told
+from tests.records.refused import refusal
 
 TIME = np.round(0.1 * np.arange(60), 1)
 TRAVEL = np.round(0.02 * np.arange(60) ** 1.5, 3)
@@ -49,8 +49,8 @@ def read(file, **settings):
 
 def refused(file, **settings):
     """What is said of a file that is neither read nor looked into."""
-    told(file, lambda: look_into(file))
-    return told(file, lambda: read(file, **settings))
+    refusal(file, lambda: look_into(file))
+    return refusal(file, lambda: read(file, **settings))
 
 
 @pytest.fixture
@@ -85,12 +85,12 @@ def test_the_visible_sheet_with_the_columns_is_read_and_others_are_named(file):
 def test_texts_are_held_to_the_decimal_sign_and_numbers_are_not(file):
     workbook(file, {"record": [NAMES, *SAMPLES[:20], (2.0, "0,25")]})
     assert read(file, decimal=",").travel.tolist() == [*TRAVEL[:20].tolist(), 0.25]
-    assert ", line 22: " in told(file, lambda: read(file))
+    assert ", line 22: " in refusal(file, lambda: read(file))
 
 
 def test_of_sheets_with_the_same_columns_one_is_named_by_the_column(file):
     workbook(file, {"Close": [NAMES, *SAMPLES], "Open": [["Time [ms]", "Travel 2 (cm)"], *SAMPLES]})
-    assert "Close!travel 2" in told(file, lambda: read(file))
+    assert "Close!travel 2" in refusal(file, lambda: read(file))
     np.testing.assert_array_equal(read(file, travel_column="Close!travel 2").travel, TRAVEL)
     columns = read(file, travel_column="Open!Travel 2", travel_unit="cm")
     np.testing.assert_array_equal(columns.travel, TRAVEL)

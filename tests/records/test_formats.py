@@ -13,7 +13,7 @@ from breaker.records.formats.registry import FORMATS, Format, format_of, read_co
 from breaker.records.settings import complete
 from studies.layouts import LAYOUTS
 from tests.records.format_contract import TIME, TRAVEL, Example, FormatContract
-from tests.records.refused import told
+from tests.records.refused import refusal
 
 
 def of_layout(name):
@@ -87,7 +87,7 @@ def test_content_proves_a_format_whatever_the_ending(ending, format_, name, tmp_
         columns = read_columns(other, settings)
         assert np.allclose(columns.travel, TRAVEL, atol=1e-3)
     elif ending in (".xlsx", ".nc"):
-        told(other, lambda: read_columns(other, settings))
+        refusal(other, lambda: read_columns(other, settings))
 
 
 def test_a_workbook_of_another_kind_is_refused_with_the_remedy(tmp_path):
@@ -95,7 +95,7 @@ def test_a_workbook_of_another_kind_is_refused_with_the_remedy(tmp_path):
     for ending in (".xls", ".xlsb", ".ods"):
         file = tmp_path / f"a{ending}"
         file.write_bytes(b"time,travel\ns,mm\n0.1,1\n0.2,2\n")
-        assert ".xlsx" in told(file, lambda file=file: read_columns(file, complete({})))
+        assert ".xlsx" in refusal(file, lambda file=file: read_columns(file, complete({})))
 
 
 def test_contact_and_trigger_of_any_kind_of_file(tmp_path):
@@ -114,11 +114,11 @@ def test_contact_and_trigger_of_any_kind_of_file(tmp_path):
     numbers = {"time_column": 1, "travel_column": 2, "contact_column": 3, "trigger_column": 4}
     for file, settings in ((text, named), (book, named), (unnamed, {**named, **numbers})):
         columns = read_columns(file, complete(settings))
-        np.testing.assert_array_equal(columns.beside["contact"], contact)
-        np.testing.assert_array_equal(columns.beside["trigger"], coil)
+        np.testing.assert_array_equal(columns.paired["contact"], contact)
+        np.testing.assert_array_equal(columns.paired["trigger"], coil)
         np.testing.assert_array_equal(columns.travel, TRAVEL)
         zero = read_columns(file, complete({**settings, "trigger_column": 0}))
-        assert zero.beside.keys() == {"contact"}
+        assert zero.paired.keys() == {"contact"}
     with pytest.raises(RejectedCurveError):
         read_columns(text, complete({**named, "contact_column": "mian"}))
 
@@ -131,6 +131,6 @@ def test_a_missing_package_is_named_with_the_command(tmp_path, monkeypatch, name
     if name == "netcdf":
         file.write_bytes(b"\x89HDF\r\n\x1a\n")
     monkeypatch.setitem(sys.modules, package, None)
-    reason = told(file, lambda: read_columns(file, complete(example.settings)))
+    reason = refusal(file, lambda: read_columns(file, complete(example.settings)))
     assert package in reason
     assert f"[{name}]" in reason

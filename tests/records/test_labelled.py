@@ -10,7 +10,7 @@ import xarray as xr
 
 from breaker.records.formats.registry import look_into, read_columns
 from breaker.records.settings import complete
-from tests.records.refused import told
+from tests.records.refused import refusal
 
 TIME = np.round(0.1 * np.arange(60), 1)
 TRAVEL = np.round(0.02 * np.arange(60) ** 1.5, 3)
@@ -52,13 +52,13 @@ def test_labelled_arrays_are_read(tmp_path, name):
     expected = np.where(packed == 3, np.nan, 0.5 * packed + 1.0)
     np.testing.assert_array_equal(read(file, "packed").travel, expected)
     assert ["station :", "North"] in look_into(file).preamble
-    assert "'scalar'" in told(file, lambda: read(file, "scalar"))
+    assert "'scalar'" in refusal(file, lambda: read(file, "scalar"))
     write(labelled("deg").rename(time="t").expand_dims(phase=1), file)
     seen = look_into(file)
     np.testing.assert_array_equal(seen.columns[seen.names.index("travel")], TRAVEL)
-    assert "'deg'" in told(file, lambda: read(file))
+    assert "'deg'" in refusal(file, lambda: read(file))
     write(xr.Dataset({"scalar": 1.0}), file)
-    told(file, lambda: read(file))
+    refusal(file, lambda: read(file))
 
 
 # ---- what may do harm ----------------------------------------------------------------------------
@@ -96,14 +96,14 @@ def test_what_is_elsewhere_is_refused_and_not_left_out(file, kind):
     labelled().to_netcdf(file, engine="h5netcdf")
     with h5py.File(file, "a") as content:
         ELSEWHERE[kind](content)
-    assert "'other'" in told(file, lambda: read(file))
+    assert "'other'" in refusal(file, lambda: read(file))
 
 
 @pytest.mark.parametrize("kind", HARM)
 def test_a_file_of_version_4_that_may_do_harm_is_refused(file, kind):
     with h5py.File(file, "w") as content:
         HARM[kind](content)
-    told(file, lambda: look_into(file))
+    refusal(file, lambda: look_into(file))
 
 
 def test_a_text_of_a_damaged_size_does_not_hang(file):
@@ -112,6 +112,6 @@ def test_a_text_of_a_damaged_size_does_not_hang(file):
     content = file.read_bytes()
     first = content.index(b"GCOL") + 16
     file.write_bytes(content[: first + 8] + struct.pack("<q", -16) + content[first + 16 :])
-    told(file, lambda: read(file))
+    refusal(file, lambda: read(file))
     file.write_bytes(content[:-2000])
-    told(file, lambda: read(file))
+    refusal(file, lambda: read(file))

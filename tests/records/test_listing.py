@@ -37,10 +37,10 @@ def test_operations_are_in_the_order_of_their_numbers(tmp_path):
     assert [each.number for each in list_operations(tmp_path, "closing")] == [2, 9, 10, 100]
 
 
-def test_files_of_all_readable_kinds_count_and_nothing_beside_them(tmp_path):
+def test_files_of_all_readable_kinds_count_and_no_others(tmp_path):
     readable = ["1.csv", "2.TXT", "3.tsv", "4.xlsx", "5.cfg", "6.cff", "7.nc"]
-    beside = ["5.dat", ".8.csv", "~$4.xlsx", "11.md"]
-    fill(tmp_path, *readable, *beside, "old/12.csv", "operations.csv")
+    paired = ["5.dat", ".8.csv", "~$4.xlsx", "11.md"]
+    fill(tmp_path, *readable, *paired, "old/12.csv", "operations.csv")
     assert [file.name for file in record_files(tmp_path)] == [*readable]
     assert record_files(tmp_path / "nowhere") == []
 

@@ -55,7 +55,7 @@ def test_planted_resistances_are_found(flows):
 
 
 @pytest.mark.parametrize("motion", MOTIONS)
-def test_what_a_resistance_does_not_show_is_not_told(motion):
+def test_what_a_resistance_does_not_show_is_withheld(motion):
     """Planted faults: no unit, a lead that is off, no current, and an arcing contact beyond."""
     case = Case(np.random.default_rng(5), motion)
     ohms, flows = case.resistance(), case.current()
@@ -92,13 +92,13 @@ def test_through_a_file(tmp_path, unit, size):
     settings |= {"stroke": [100.0, 200.0], "timing_sd": TIMING}
     grid = Grid(np.arange(-2.0, 80.0))
     read = read_curves([Operation(1, str(file))], settings, grid, "opening")
-    told = dict(zip(read.quantity.values, read.measured.values[0], strict=True))
-    shown = [told[name] for name in RESISTANCES]
+    values = dict(zip(read.quantity.values, read.measured.values[0], strict=True))
+    shown = [values[name] for name in RESISTANCES]
     if unit:
         assert shown == pytest.approx(truth, rel=0.02)
     else:
         assert np.isnan(shown).all()
     length = np.ptp(np.interp([case.main, case.arcing], case.time, located.whole))
     sd = dict(zip(read.quantity.values, read.measured_sd.values[0], strict=True))["arcing_wipe"]
-    assert told["arcing_wipe"] == pytest.approx(length, abs=4.0 * sd)
+    assert values["arcing_wipe"] == pytest.approx(length, abs=4.0 * sd)
     assert sd < 1.5

@@ -17,11 +17,11 @@ OHMS = np.where(SIGNAL, 50.0, 4000.0)
 NOISE = np.random.default_rng(0).normal(0.0, 0.05, TIME.size)
 
 
-def beside(columns, travels=1, preamble=()):
+def paired(columns, travels=1, preamble=()):
     """What belongs to each of the first columns, by motion."""
     sheet = Sheet("a.csv", [*columns], [*columns.values()], preamble=preamble)
     of = [Travel(k, "mm", Course(TIME, sheet.columns[k])) for k in range(travels)]
-    return Wiring(sheet, of).beside()
+    return Wiring(sheet, of).paired()
 
 
 # Columns of a record, and those that belong to the closing of the first of its travels.
@@ -56,14 +56,14 @@ BELONGS = [
 @pytest.mark.parametrize(("columns", "settings"), BELONGS)
 def test_a_contact_belongs_to_the_travel_of_its_number_or_phase(columns, settings):
     travel = {} if next(iter(columns)).startswith("Travel") else {"Travel 1": RISES}
-    found = beside(travel | columns)[0]["closing"]
+    found = paired(travel | columns)[0]["closing"]
     wanted = {key: name for key, name in settings.items() if name}
     assert {key: name for key, name in found.items() if key != "trigger_column"} == wanted
 
 
 def test_a_letter_before_an_accent_is_no_phase():
     columns = {"Course R": RISES, "Course B": RISES, "Résistance B": OHMS, "Résistance R": OHMS}
-    assert [each["closing"]["contact_column"] for each in beside(columns, travels=2)] == [
+    assert [each["closing"]["contact_column"] for each in paired(columns, travels=2)] == [
         "Résistance R",
         "Résistance B",
     ]
@@ -73,7 +73,7 @@ def test_a_letter_before_an_accent_is_no_phase():
 @pytest.mark.parametrize("names", [("Travel A", "C1A", "C2A", "C1B"), ("", "Break 1", "Break 2")])
 def test_of_breaks_in_series_the_last_to_touch_and_the_first_to_part_counts(names, last, motion):
     columns = dict.fromkeys(names, SIGNAL) | {names[0]: RISES, names[last]: LATE}
-    assert beside(columns)[0][motion]["contact_column"] == names[last]
+    assert paired(columns)[0][motion]["contact_column"] == names[last]
 
 
 def pulses(*at):
@@ -96,7 +96,7 @@ def pulses(*at):
 )
 def test_a_coil_of_all_poles_belongs_to_each_of_them(coils, taken):
     columns = {f"Travel T{k}": RISES for k in (1, 2, 3)}
-    found = beside(columns | {name: pulses(*at) for name, at in coils.items()}, travels=3)
+    found = paired(columns | {name: pulses(*at) for name, at in coils.items()}, travels=3)
     for one in found:
         assert [one[m].get("trigger_column") for m in ("closing", "opening")] == taken
 
@@ -105,7 +105,7 @@ def test_of_as_many_coils_as_poles_each_has_one_in_their_order():
     """C1 to C3 close and C4 to C6 trip; the C of their names is no phase."""
     names = [f"Coil Current C{k} (A)" for k in range(1, 7)]
     coils = {n: pulses(20 + k if k < 3 else 197 + k) for k, n in enumerate(names)}
-    found = beside({f"Travel T{k}": RISES for k in (2, 4, 5)} | coils, travels=3)
+    found = paired({f"Travel T{k}": RISES for k in (2, 4, 5)} | coils, travels=3)
     assert [one["closing"]["trigger_column"] for one in found] == names[:3]
     assert [one["opening"]["trigger_column"] for one in found] == names[3:]
 
@@ -121,11 +121,11 @@ def test_rows_above_the_columns_state_which_contact_belongs_to_which_travel(shif
     rows = [["", "", "TR1", "", "TR1", "", "TR2", "", "TR2", ""]]
     rows += [["", "", "RBreak1", "", "RBreak2", "", "NA", "", "YBreak2", ""]]
     above = [[""] * shift + row for row in rows]
-    first, second = (one["closing"] for one in beside(columns, travels=2, preamble=above))
+    first, second = (one["closing"] for one in paired(columns, travels=2, preamble=above))
     assert first["contact_column"] == "DCRM Res CH2"  # touches last
     assert first["current_column"] == "DCRM Current CH2 in Amp"
     assert second["contact_column"] == "DCRM Res CH4"
-    assert not any("contact_column" in one["closing"] for one in beside(columns, travels=2))
+    assert not any("contact_column" in one["closing"] for one in paired(columns, travels=2))
 
 
 @pytest.mark.parametrize(

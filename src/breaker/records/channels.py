@@ -267,7 +267,7 @@ class Wiring:
                 ranges[i] = kind, np.ptp(course.smooth)
         return {i: courses[i] for i in _clear(ranges)}
 
-    def beside(self, sign: int = 1) -> list[dict[str, dict[str, str | int]]]:
+    def paired(self, sign: int = 1) -> list[dict[str, dict[str, str | int]]]:
         """Return the columns that belong to each travel, by motion and key of the settings."""
         sheet, found = self.sheet, []
         motors = [i for i, name in enumerate(sheet.names) if holds(name, "motor")]

@@ -47,7 +47,7 @@ class InspectedMotion:
     motion: str
     begins: float  # about when it begins, and when it rests again
     arrives: float
-    beside: Mapping[str, str | int]  # columns that belong to it, by key of the settings
+    paired: Mapping[str, str | int]  # columns that belong to it, by key of the settings
     result: "GriddedRecord | None" = None  # as it was read with the proposal, unless rejected
     said: tuple[str, ...] = ()  # reasons of a rejection, and remarks
 
@@ -69,7 +69,7 @@ class Findings:
         settings: Of ``endurance.format``, by key; so are the meanings of those without a value, and
             doubts.
         sure: Whether text, names or contacts state the sign, and not the curve alone.
-        beside: Columns that belong to each of all travels, by motion and key of the settings.
+        paired: Columns that belong to each of all travels, by motion and key of the settings.
     """
 
     sheet: Sheet
@@ -81,14 +81,14 @@ class Findings:
     lacking: dict[str, str] = field(default_factory=dict)
     doubts: dict[str, list[str]] = field(default_factory=lambda: defaultdict(list))
     sure: bool = True
-    beside: Sequence[Mapping[str, Mapping[str, str | int]]] = ()
+    paired: Sequence[Mapping[str, Mapping[str, str | int]]] = ()
 
     def motions(self) -> list[InspectedMotion]:
         """Return the motions of the travels; motions of one kind are separated by their parts."""
         clock, start, found = self.clock, 0.0, []
         if clock.place is not None:
             start = float(self.sheet.columns[clock.place][0]) * TO_MS.get(clock.unit, 1.0)
-        for travel, beside in zip(self.every, self.beside, strict=True):
+        for travel, paired in zip(self.every, self.paired, strict=True):
             closing = travel.rises == (self.settings["sign"] > 0)
             column = self.sheet.column(travel.place)
             for k, closes in enumerate(closing) if travel in self.travels else ():
@@ -96,7 +96,7 @@ class Findings:
                 at = [start + i / clock.likely_rate for i in (*part, *travel.moves(k))]
                 of = Operation(k + 1, self.sheet.file, "", *at[:2], phase=travel.phase)
                 motion = "closing" if closes else "opening"
-                own = travel, column, of, motion, *at[2:], beside[motion]
+                own = travel, column, of, motion, *at[2:], paired[motion]
                 found.append(InspectedMotion(*own))
         return found
 
@@ -176,8 +176,8 @@ def _find_sign(found: Findings) -> None:
         found.doubts["sign"].append(doubt)
     found.settings["sign"] = 1 if (first != "opening") == travel.rises[0] else -1
     found.sure = bool(stated or shown) and len(seen) == 1
-    found.beside = wiring.beside(found.settings["sign"])
-    if wiring.contacts and not all("contact_column" in own["closing"] for own in found.beside):
+    found.paired = wiring.paired(found.settings["sign"])
+    if wiring.contacts and not all("contact_column" in own["closing"] for own in found.paired):
         columns = map(found.sheet.column, wiring.contacts)
         lines = " or ".join(f"contact_column: {column}" for column in columns)
         doubt = f"which contact belongs to which travel is not clear; set {lines}"
@@ -221,7 +221,7 @@ def travel_channels(
         columns = [str(found.sheet.column(travel.place)) for travel in found.every]
         phases = [travel.phase for travel in found.every]
         names = phases if all(phases) and len({*phases}) == len(phases) else columns
-        return dict(zip(columns, zip(names, found.beside, strict=True), strict=True))
+        return dict(zip(columns, zip(names, found.paired, strict=True), strict=True))
 
     opened = as_opened(file)
     return opened.once(("channels", *look_into(opened, usual).names), channels)
@@ -245,7 +245,7 @@ def describe_file(file: str | Path | Opened, line: int = 0) -> Description:
         of = each.motion, str(each.column), each.travel.phase
         timed = np.isfinite(found.clock.rate)
         part = (each.operation.begin, each.operation.end) if timed else (np.nan, np.nan)
-        parts.append(Part(*of, *part, each.beside))
+        parts.append(Part(*of, *part, each.paired))
     columns = np.stack([found.sheet.columns[travel.place] for travel in found.travels])
     samples = hashlib.sha256(columns.tobytes()).hexdigest()
     return Description(stated, tuple(parts), settings, found.sure, samples=samples)

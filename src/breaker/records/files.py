@@ -95,9 +95,9 @@ class Opened:
     @property
     def content(self) -> bytes:
         """Its bytes; raises as ``read_bytes``."""
-        return self.beside(self.file)
+        return self.companion(self.file)
 
-    def beside(self, file: str | Path) -> bytes:
+    def companion(self, file: str | Path) -> bytes:
         """Return the bytes of another file of the same record."""
         return self.once(("content", str(file)), lambda: read_bytes(file))
 

@@ -76,7 +76,7 @@ def inspect_file(
     found.find_rest(abs(scale.factor))
     read_by = FORMAT | found.settings | instead, sensor, files
     motions = [_as_read(each, *read_by) for each in found.motions()]
-    first, *others = (motion.beside.items() for motion in motions)
+    first, *others = (motion.paired.items() for motion in motions)
     found.settings |= dict(item for item in first if all(item in of for of in others))
     read = [motion.column for motion in motions if motion.record] or [motions[0].column]
     found.settings["travel_column"] = mode(read)  # of which most motions are read
@@ -93,7 +93,7 @@ def _as_read(
     motion: description.InspectedMotion, settings: Mapping, sensor: Mapping, files: Files
 ) -> description.InspectedMotion:
     """Return a motion as it is read with its own columns."""
-    own = {**settings, "travel_column": motion.column, **motion.beside}
+    own = {**settings, "travel_column": motion.column, **motion.paired}
     times = np.linspace(sensor["start"], sensor["stop"], sensor["samples"])
     try:
         record = Reader(own, files).read(motion.operation, motion.motion)
@@ -168,7 +168,7 @@ def _wired(proposal: Proposal) -> Table:
     """The contact with its test current, and the coil with the motor, by channel and motion."""
     rows = {}
     for motion in proposal.motions:
-        contact, current, coil, motor = (motion.beside.get(f"{kind}_column", "") for kind in BESIDE)
+        contact, current, coil, motor = (motion.paired.get(f"{kind}_column", "") for kind in BESIDE)
         current, motor = current and f", test current {current}", motor and f", motor {motor}"
         if contact or coil or motor:
             rows[str(motion.column), motion.motion, f"{contact}{current}", f"{coil}{motor}"] = None

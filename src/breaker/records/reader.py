@@ -206,8 +206,8 @@ def _locate(
     inside = slice(segment.begin, segment.end)
     moves = first_motion(time[inside], sure[inside], motion)
     located = motion, time, samples.whole, samples.doubts, samples.quantum, segment, *moves
-    others = {kind: np.full(time.size, np.nan) for kind in columns.beside}
-    for kind, values in columns.beside.items():
+    others = {kind: np.full(time.size, np.nan) for kind in columns.paired}
+    for kind, values in columns.paired.items():
         others[kind][samples.place] = values
     contact, doubtful = events_of(settings, LocatedMotion(*located), others, columns.sheet.names)
     currents = Currents(time, others, columns.sizes, motion, inside, moves[0], contact)

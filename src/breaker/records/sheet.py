@@ -101,7 +101,7 @@ class Columns:
         travel: Readings, ``(t,)``, NaN where one is missing.
         lines: Line of each in the file, ``(t,)``.
         remarks: Doubts about the file, in words.
-        beside: Columns of ``words.BESIDE`` that are wanted, by kind, ``(t,)``, NaN where missing.
+        paired: Columns of ``words.BESIDE`` that are wanted, by kind, ``(t,)``, NaN where missing.
         sizes: Amperes, of a contact microohms, of the unit of each of these; nan where it is of
             neither.
         sheet: Everything in the file.
@@ -111,7 +111,7 @@ class Columns:
     travel: np.ndarray
     lines: np.ndarray
     remarks: tuple[str, ...]
-    beside: Mapping[str, np.ndarray]
+    paired: Mapping[str, np.ndarray]
     sizes: Mapping[str, float]
     sheet: Sheet
 
@@ -165,7 +165,7 @@ def columns_of(sheet: Sheet, settings: Mapping) -> Columns:
         travel=travel[kept],
         lines=sheet.lines[kept],
         remarks=(*sheet.remarks, *remarks),
-        beside={kind: values[kept] for kind, values in columns.items()},
+        paired={kind: values[kept] for kind, values in columns.items()},
         sizes=sizes,
         sheet=sheet,
     )

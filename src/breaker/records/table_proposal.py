@@ -42,7 +42,7 @@ class Part(NamedTuple):
     phase: str
     begin: float = math.nan
     end: float = math.nan
-    beside: Mapping[str, str | int] = MappingProxyType({})
+    paired: Mapping[str, str | int] = MappingProxyType({})
 
 
 class Description(NamedTuple):
@@ -187,7 +187,7 @@ def _rows(file: _File, channels: Sequence[str]) -> list[_Row]:
     found = []
     for part in parts:
         own = {"motion": part.motion, "channel": part.channel, "phase": phases[part.channel]}
-        own |= {"from": _cell(part.begin), "to": _cell(part.end), **part.beside}
+        own |= {"from": _cell(part.begin), "to": _cell(part.end), **part.paired}
         found.append({**cells, **own, **unsure})
     return found
 

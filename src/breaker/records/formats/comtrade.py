@@ -59,7 +59,7 @@ def _parts(opened: Opened) -> tuple[bytes, bytes, str | Path]:
             raise RejectedCurveError(file, "lacks its part CFG or DAT; copy it again")
         return parts[b"CFG"], parts[b"DAT"], file
     data = opened.once("data", lambda: _part(file, ".dat"))
-    return content, opened.beside(data), data
+    return content, opened.companion(data), data
 
 
 def _part(file: Path, ending: str) -> Path:

@@ -26,7 +26,7 @@ def read(opened: Opened, form: Mapping) -> list[Sheet]:
 
     Args:
         opened: The file. Its bytes are ``opened.content``, which are read once, and those of a
-            second file of the record ``opened.beside(name)``.
+            second file of the record ``opened.companion(name)``.
         form: The section ``endurance.format``, complete; empty where nothing is known yet, as when
             ``breaker inspect`` looks at the file.
 

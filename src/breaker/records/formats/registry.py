@@ -119,7 +119,7 @@ def _read(opened: Opened, form: Mapping) -> Columns:
         except RejectedCurveError as own:
             error = error if k else own
             continue
-        for array in (columns.time, columns.travel, columns.lines, *columns.beside.values()):
+        for array in (columns.time, columns.travel, columns.lines, *columns.paired.values()):
             if array is not None:
                 array.flags.writeable = False  # others read the same
         return columns
