@@ -44,7 +44,6 @@ LIFE = ["life", *DECISIONS, *NUMBERS]
 MEASURING = ["read_curves", *LIFE]
 TRAINING = ["train", "figure_loss", *VALIDATION, "infer", *FROM_INFERENCE]
 PRIOR_PREDICTIVE = ["prior_predictive", "figure_prior_predictive"]
-FAMILY_FIGURES = ("sbc", "contraction", "recovery", "pairs")
 FAMILY = ["family_quality", "figure_validation_family"]
 # For both motions together.
 ONCE = {*LIFE, "rig_truth", *FAMILY}
@@ -77,8 +76,8 @@ def workflow(tmp_path_factory) -> Path:
             shutil.copy2(ROOT / part, folder / part)
     share_what_is_compiled(folder)
     # Of networks trained here, a part of `family`: the rest is made as that of those that ship.
-    trained = [f"figures/{name}_family_trained_closing.png" for name in FAMILY_FIGURES]
-    run(folder, "-c2", *ALL, "results/family/trained/changes_both.zarr", *trained)
+    trained = [f"results/family/trained/{name}.zarr" for name in ("levels_closing", "changes_both")]
+    run(folder, "-c2", *ALL, *trained)
     return folder
 
 
@@ -236,7 +235,7 @@ def test_an_edit_runs_just_what_depends_on_it(workflow, names):
 
 def test_nothing_is_left_to_do_after_a_run_in_any_other_place(workflow, tmp_path, monkeypatch):
     """Nor after comments, another order of settings, new times, and without a home."""
-    others = {"figure_validation_family": 2}
+    others = {"figure_validation_family": 3}
     others |= {"validate_family": 4, "family_quality": 1, "family": 1}
     assert planned(workflow, "family") == others
     copy = shutil.copytree(workflow, tmp_path / "copy", symlinks=True)
@@ -256,8 +255,8 @@ def test_nothing_is_left_to_do_after_a_run_in_any_other_place(workflow, tmp_path
 
 def test_figures_show_something_and_stores_state_what_made_them(workflow):
     figures = sorted(path.name for path in (workflow / "figures").glob("*.png"))
-    # Of both motions, of the life; and those of shipped networks, and of the family's.
-    assert len(figures) == 24 + 6 + 4 + 4
+    # Of both motions, of the life, and of shipped networks.
+    assert len(figures) == 24 + 6 + 4
     for name in figures:
         assert np.ptp(imread(workflow / "figures" / name)) > 0.0, name
     stores = [*(workflow / "results").rglob("*.zarr")]
