@@ -57,30 +57,27 @@ def service_cost(standing: xr.Dataset) -> Figure:
     last = standing.isel(operation=-1)
     over = last["certain"].notnull().values
     known = last["extra"].notnull().all("ahead") & last["remaining"].notnull().all("quantile")
-    note = ", ".join(p.spoken(name) for name in last["limit"].values[over])
-    note = f"Exceeded, so service now: {note}." if note else ""
     shown = np.flatnonzero(known.values & ~over)
     if not shown.size:
-        why = note or "Too little is known to draw."
+        why = "A limit is exceeded: service now." if over.any() else "Too little is known to draw."
         return p.empty("No cost of a service can be drawn", why)
     last = last.isel(limit=shown)
     ends = [last.isel(limit=k) for k in range(shown.size)]
-    titles = [_cost_words(one) for one in ends]
-    figure, axes = p.limit_panels(last, titles, height=2.7)
+    figure, axes = p.limit_panels(last, last["words"].values, height=2.7)
     for axis, one in zip(axes, ends, strict=True):
         _cost(axis, one)
     p.label_outer(axes, "operation", "services beyond the least")
-    due = [p.spoken(one["limit"].item()) for one in ends if one["remaining"].values[0] == 0.0]
     first = min(ends, key=_best)
     now, (best, _, high) = float(first["operation"]), _best(first)
     finding = f"Service is cheapest at operation {now + best:,.0f} ({first['limit'].item()}), "
     finding += f"and costs at most {_FLAT:g} more until {now + high:,.0f}"
     if np.isinf(best):
         finding = f"As of operation {now:,.0f} nothing leads to a limit within the horizon"
-    if due:
-        finding = f"Service now: {first_of(due, 2)} perhaps exceeded already"
+    # What may be exceeded already with 5 % is due, whatever waiting costs.
+    due = bool(over.any() or (last["remaining"].isel(quantile=0) == 0.0).any())
+    finding = "Service now: a limit may be exceeded already" if due else finding
     shows = "cost of a service by the operation at which it is done"
-    style.title(figure, p.spoken(finding), f"{shows}\n{note}", failed=bool(due))
+    style.title(figure, p.spoken(finding), shows, failed=due)
     p.legend_below(figure, columns=4)
     return figure
 
@@ -96,18 +93,6 @@ def _best(one: xr.Dataset) -> tuple[float, float, float]:
     last = best + after[0] - 1 if after.size else len(ahead) - 1
     least = np.inf if best == len(ahead) - 1 else ahead[best]
     return float(least), float(ahead[first]), float(ahead[last])
-
-
-def _cost_words(one: xr.Dataset) -> str:
-    """Say where the least is, how flat it is, and since when the service is due."""
-    (best, low, high), now, by = _best(one), float(one["operation"]), one["service_by"].item()
-    due = f"\ndue since {by:,.0f}" if by <= now else ""
-    if one["remaining"].values[0] == 0.0:  # exceeded already with 5 %, whatever waiting costs
-        return f"perhaps exceeded already, so service now{due}"
-    if np.isinf(best):
-        return "nothing leads to it within the horizon"
-    words = f"least at {now + best:,.0f}; {now + low:,.0f} to {now + high:,.0f} cost at most "
-    return f"{words}{_FLAT:g} more{due}"
 
 
 def _cost(axis: Axes, one: xr.Dataset) -> None:
@@ -164,14 +149,9 @@ def remaining_life(
 
 
 def coverage(life: xr.Dataset, failure: Sequence[float]) -> list[float]:
-    """Return the coverage of the operations left until each limit, ``(limit,)``.
-
-    The coverage is the share of operations whose 90 % interval contains the true number, from the
-    first prediction until the drive exceeds the limit; nan if there are no such operations.
-
-    Args:
-        life: What ``life.forecast_of`` returns.
-        failure: Operations at which the drive first exceeds each limit, ``(limit,)``.
+    """Return the share of operations whose 90 % interval contains the true number left until each
+    limit, ``(limit,)``: from the first prediction until the drive exceeds it at ``failure``
+    ``(limit,)``; nan if there are no such operations.
     """
     predicted = life.sel(asked=slice(life.attrs["reported_from"], None))
     intervals = predicted.remaining.transpose("limit", "asked", "quantile").values

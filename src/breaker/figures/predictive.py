@@ -36,9 +36,8 @@ def prior_predictive(
     axis.plot(curves["time"], check.median, color=style.MODEL, lw=2, label="median")
     for i, operation in enumerate([] if measured is None else measured["operation"].values):
         curve = measured["travel"].sel(operation=operation).dropna("time")
-        dashes = ("-", (0, (5, 2)), (0, (1.2, 1.5)), (0, (5, 2, 1.2, 2)))[i % 4]
-        label = f"endurance test, operation {operation}"
-        axis.plot(curve["time"], curve, color=style.MEASURED, ls=dashes, label=label)
+        look = {"color": style.MEASURED, "ls": ("-", "--", ":", "-.")[i % 4]}
+        axis.plot(curve["time"], curve, label=f"endurance test, operation {operation}", **look)
     axis.set(xlabel=style.TIME, ylabel=style.TRAVEL)
     axis.margins(x=0)
     about = f"{p.SOURCES[motion]}: prior predictive check"
@@ -63,13 +62,12 @@ def posterior_predictive(predictive: xr.Dataset, *, motion: str) -> Figure:
     """
     data = predictive.rename(curve="panel", measured="record")
     shares = data["share_inside"].values
-    numbered = enumerate(shares, start=1)
-    titles = [f"simulated record {i}: {p.percent(share)} in the band" for i, share in numbered]
+    words = map(p.percent, shares)
+    titles = [f"simulated record {i}: {share} in the band" for i, share in enumerate(words, 1)]
     figure = _checks(data, titles)
     inside = p.from_to([p.percent(shares.min()), p.percent(shares.max())])
-    finding = f"The 95 % band contains {inside} of the samples of a record"
     about = f"{p.SOURCES[motion]}: posterior predictive check on simulated records"
-    style.title(figure, finding, about)
+    style.title(figure, f"The 95 % band contains {inside} of the samples of a record", about)
     return figure
 
 

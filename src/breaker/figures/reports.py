@@ -55,9 +55,8 @@ def comparison(document: "InspectionChange") -> Figure:
             before, today = in_digits(row.before, 4), in_digits(row.today, 4)
             values = f" ({row.unit})   {before} → {today}"
         labels.append(p.spoken(row.words + values))
-        texts = (
-            "" if chance is None else f"{chance:.2f}" for chance in (row.p_unchanged, row.p_worse)
-        )
+        chances = (row.p_unchanged, row.p_worse)
+        texts = ("" if chance is None else f"{chance:.2f}" for chance in chances)
         numbers.append("{:>11}  {:>7}".format(*texts))
     axis.axvline(0.0, color=style.REFERENCE, lw=0.8)
     axis.axhline(len(document.measured) + 0.5, color=style.REFERENCE, lw=0.6)
@@ -95,10 +94,9 @@ def _change(axis: Axes, y: int, row: "QuantityChange", extent: float) -> None:
 def curves(
     panels: Sequence["Panel"], own: Mapping[str, str] = MappingProxyType({})
 ) -> Iterator[Figure]:
-    """Draw pictures of each motion of a test, for a page of A4 whose text is 7 inches wide: travel
-    with its marks; resistances, coils with other contacts, and differences from a reference, where
-    there are any. No panel is less than 60 mm high, and no letter below 9 pt. ``own`` are colours
-    of phases.
+    """Draw pictures of each motion of a test for a page of A4: travel with its marks; resistances,
+    coils with other contacts, and differences from a reference, where there are any. ``own`` are
+    colours of phases.
     """
     every = [estimate for panel in panels for estimate in panel.estimates]
     colours = phase_colours((estimate.record.operation.phase for estimate in every), own)
@@ -135,7 +133,7 @@ def _picture(draw: Callable, title: str, drawn: Mapping[str, "Estimate"]) -> Fig
 
 def _travels(drawn: Mapping, colours: Mapping, overlays: Sequence, axis: Axes) -> None:
     for phase, estimate in drawn.items():
-        _channel(axis, estimate, _curve(estimate), colours[phase])
+        _channel(axis, estimate, colours[phase])
     for overlay in overlays:  # where the channel's own record would be
         raw, sign = drawn[overlay.phase].record.raw, 1.0 if overlay.motion == "closing" else -1.0
         travel = raw.segment.before + sign * overlay.good
@@ -194,12 +192,10 @@ def _curve(estimate: "Estimate") -> tuple[np.ndarray, np.ndarray]:
     return time + raw.moves, travel
 
 
-def _channel(
-    axis: Axes, estimate: "Estimate", curve: tuple[np.ndarray, np.ndarray], colour: str
-) -> None:
+def _channel(axis: Axes, estimate: "Estimate", colour: str) -> None:
     """Draw the travel of a channel with what is read off it."""
     record, raw, contact = estimate.record, estimate.record.raw, estimate.contact
-    time, travel = curve
+    time, travel = _curve(estimate)
     known, closes = np.isfinite(travel), record.motion == "closing"
     axis.plot(time, travel, color=colour, lw=1.1, label=_name(record.operation.phase))
     how, face = ("measured", colour) if record.timed else ("by the model", "white")
@@ -222,10 +218,8 @@ def _points(estimate: "Estimate") -> list[tuple[float, float]]:
     has its own mark.
     """
     record, points = estimate.record, []
-    reading, sign = (
-        Reading(record.raw, estimate.contact),
-        1.0 if record.motion == "closing" else -1.0,
-    )
+    reading = Reading(record.raw, estimate.contact)
+    sign = 1.0 if record.motion == "closing" else -1.0
     for speed in estimate.speeds:
         if speed.motion == record.motion and not estimate.measured[speed.name].reason:
             ends = [p for p in (speed.start, speed.end) if not p.of_event or p.amount or p.later]
@@ -263,8 +257,6 @@ def fitted_prior(fitted: "TypePrior") -> Figure:
         axis.set_xlabel(p.OUTPUTS[name].label)
         axis.set_ylabel("density" if axis.get_subplotspec().is_first_col() else "")
     finding = f"Prior of a type from {count} breakers"
-    if count == 1:
-        finding = "Prior of a type from one breaker: its spread is a guess"
-    style.title(figure, finding, failed=count == 1)
+    style.title(figure, finding + ": its spread is a guess" * (count == 1), failed=count == 1)
     p.legend_below(figure)
     return figure

@@ -91,12 +91,10 @@ def _way(axis: Axes, row: int, way: np.ndarray, colour: str) -> None:
 
 def _values(axis: Axes, row: int, way: np.ndarray, part: xr.Dataset) -> None:
     """Write the values when new, now, and at the limit, in their unit."""
-    unit = part["part_unit"].item()
-    change = unit == "%"
-    values = part["new"].item(), part["part_bound"].item(), *part["value"].values
+    values, unit = (part["new"].item(), part["part_bound"].item()), part["part_unit"].item()
     new, bound, low, middle, high = (
-        p.signed(in_digits(number, 3 if change else 4, sign=bool(change and number)))
-        for number in values
+        p.signed(in_digits(number, 3, sign=bool(number)) if unit == "%" else in_digits(number, 4))
+        for number in (*values, *part["value"].values)
     )
     unit = "" if unit == "1" else f" {unit}"
     place = {"textcoords": "offset points", "ha": "center"}
@@ -112,9 +110,8 @@ def _values(axis: Axes, row: int, way: np.ndarray, part: xr.Dataset) -> None:
 def _words(state: str, one: xr.Dataset) -> str:
     """Return what to do about a limit, then why, how sure, and since when."""
     low, middle, high = one["remaining"].values
-    by, since, certain = (
-        one[name].item() for name in ("service_by", "recommended_since", "certain")
-    )
+    names = ("service_by", "recommended_since", "certain")
+    by, since, certain = (one[name].item() for name in names)
     if np.isfinite(certain):
         crossed = one["crossed"].item()
         advice = f"recommended since {since:,.0f}, at last by {by:,.0f}"
