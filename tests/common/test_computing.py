@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from numba.core import caching
 
-from breaker.common.computing import compiled, numba_or_plain
+from breaker.common.computing import compiled
 
 
 def half(x):
@@ -50,12 +50,3 @@ def test_loops_and_divisions_are_those_of_numpy(monkeypatch, numba_is_there, lat
     ratio = compiled(late=late)(lambda a, b: a / b)
     assert ratio(1.0, 0.0) == np.inf
     assert np.isnan(ratio(np.float64(0.0), np.float64(0.0)))
-
-
-def test_options_of_numba_are_left_out_without_it(monkeypatch):
-    assert numba_or_plain()[0].__module__.startswith("numba")
-    monkeypatch.setitem(sys.modules, "numba", None)
-    njit, prange = numba_or_plain()
-    assert njit(error_model="numpy", forceinline=True)(lambda: 3)() == 3
-    assert njit(lambda: 4)() == 4
-    assert prange is range

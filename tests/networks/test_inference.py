@@ -43,23 +43,3 @@ def test_gradients_reach_every_weight(new):
     theta, features = normal(32, DIMS), normal(32, FEATURES, seed=2)
     given = theta, features, normal(32, 2, DIMS, seed=3), torch.rand_like(normal(32, 2, 1))
     gradients_of(new, lambda: new.loss(*given).mean(), steps=3)
-
-
-def test_rows_and_draws_do_not_see_each_other(new):
-    network, n = perturb(new, 0.35), 5
-    noise, features = normal(n, 7, DIMS), normal(n, FEATURES, seed=2)
-    time = torch.full((n, 7, 1), 0.4, dtype=torch.float64)
-    with torch.no_grad():
-        draws = network.sample(noise, features, steps=4)
-        density = network.log_prob(draws, features, steps=4)
-        loss = network.loss(draws[:, 0], features, noise, time)
-        for i in range(n):
-            row = slice(i, i + 1)
-            alone = network.sample(noise[row, 2:3], features[row], steps=4)
-            torch.testing.assert_close(alone, draws[row, 2:3], rtol=0, atol=1e-12)
-            alone = network.log_prob(draws[row, 2:3], features[row], steps=4)
-            torch.testing.assert_close(alone, density[row, 2:3], rtol=0, atol=1e-12)
-            alone = network.loss(draws[row, 0], features[row], noise[row], time[row])
-            torch.testing.assert_close(alone, loss[row], rtol=0, atol=1e-12)
-        other = network.log_prob(draws, features.roll(1, 0), steps=4)
-    assert (other - density).abs().min() > 1e-3

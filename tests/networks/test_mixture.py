@@ -31,26 +31,21 @@ def read(made: FamilyNetwork) -> Network:
 
 
 def test_the_density_is_one_over_all_outputs():
-    mixture = network().inference
+    """Also where an output is an atom with some probability."""
     line = torch.linspace(-12.0, 12.0, 161, dtype=torch.float64)
-    points = torch.cartesian_prod(line, line)
-    theta = torch.cat([points, torch.zeros(len(points), 1)], dim=1)
+    first, second = torch.cartesian_prod(line, line).T
+    theta = torch.stack([first, second, 0.0 * first], dim=1)
     there = torch.tensor([1.0, 1.0, 0.0]).expand(len(theta), 3)  # the third is not there
     features = 0.3 * torch.ones(len(theta), 6, dtype=torch.float64)
-    density = mixture.log_prob(theta, features, there).sum(dim=1).exp()
+    density = network().inference.log_prob(theta, features, there).sum(dim=1).exp()
     assert density.sum() * (line[1] - line[0]) ** 2 == pytest.approx(1.0, abs=1e-3)
-
-
-def test_atoms_have_a_probability_and_the_rest_the_rest():
-    mixture = network(atoms=(True, False, False)).inference
-    line = torch.linspace(-15.0, 15.0, 3001, dtype=torch.float64)[:, None]
-    theta = torch.cat([line + 1e-6, torch.zeros(len(line), 2)], dim=1)
-    there = torch.tensor([1.0, 0.0, 0.0]).expand(len(theta), 3)
-    features = 0.3 * torch.ones(len(theta), 6, dtype=torch.float64)
-    free = mixture.log_prob(theta, features, there)[:, 0].exp().sum() * 0.01
-    atom = mixture.log_prob(0.0 * theta[:1], features[:1], there[:1])[0, 0].exp()
+    mixture, line = network(atoms=(True, False, False)).inference, torch.linspace(-15, 15, 3001)
+    theta = torch.stack([line + 1e-6, 0.0 * line, 0.0 * line], dim=1).double()
+    theta[-1] = 0.0  # the atom
+    there = torch.tensor([1.0, 0.0, 0.0]).expand(3001, 3)
+    *free, atom = mixture.log_prob(theta, features[:3001], there)[:, 0].exp().tolist()
     assert 0.05 < atom < 0.95
-    assert free + atom == pytest.approx(1.0, abs=1e-3)
+    assert sum(free) * 0.01 + atom == pytest.approx(1.0, abs=1e-3)
 
 
 def test_features_of_arrays_are_those_of_torch():

@@ -9,7 +9,7 @@ import pytest
 import torch
 
 from breaker.networks.blocks import Hidden, ResidualMLP
-from breaker.networks.training import MadeRows, fingerprint, full_width, optimisers, orthogonal
+from breaker.networks.training import MadeRows, fingerprint, optimisers, orthogonal
 from tests.networks_fixtures import normal, same, weights
 
 # ---- randomness ---------------------------------------------------------------------------------
@@ -141,7 +141,7 @@ def test_optimisers_share_the_weights():
     assert len(taken(alone)) == len([*network.parameters()])
 
 
-@pytest.mark.parametrize("shape", [(20, 20), (12, 30), (30, 12)])
+@pytest.mark.parametrize("shape", [(20, 20), (30, 12)])
 def test_a_step_of_muon_is_nearly_orthogonal(shape):
     matrix = normal(*shape).float()
     left, _, right = torch.linalg.svd(matrix, full_matrices=False)
@@ -150,20 +150,16 @@ def test_a_step_of_muon_is_nearly_orthogonal(shape):
     assert (turned - turned.diagonal().diag()).abs().max() < 0.05
 
 
-def test_the_full_width_rounds_nothing():
-    x, y = normal(96, 300).float(), normal(300, 64).float()
-    exact, size = x.double() @ y.double(), x.double().abs() @ y.double().abs()
-    before = torch.backends.mkldnn.matmul.fp32_precision
-    with full_width():
-        product = x @ y
-    assert ((product - exact).abs() / size).max() < 1e-6  # with bfloat16 some 2e-3
-    assert torch.backends.mkldnn.matmul.fp32_precision == before
-
-
 # ---- faults -------------------------------------------------------------------------------------
 
 
 def test_a_loss_that_is_not_finite_names_motion_and_step(trainer):
+    """That of the validation, too, or the first weights would be kept as the best."""
+    training = trainer()
+    training.fixed_batch.measured[5] = math.nan
+    with pytest.raises(FloatingPointError, match="closing"):
+        training.run()
+    training.checkpoint.file.unlink()
     training = trainer(motion="opening")
 
     def spoil(*_):
@@ -172,14 +168,6 @@ def test_a_loss_that_is_not_finite_names_motion_and_step(trainer):
 
     training.optimisers[-1].register_step_post_hook(spoil)
     with pytest.raises(FloatingPointError, match=r"opening is (nan|inf) at step 6"):
-        training.run()
-
-
-def test_a_validation_loss_that_is_not_finite_is_not_passed_over(trainer):
-    """Or the first weights, which no comparison with NaN replaces, would be kept as the best."""
-    training = trainer()
-    training.fixed_batch.measured[5] = math.nan
-    with pytest.raises(FloatingPointError, match="closing"):
         training.run()
 
 

@@ -23,11 +23,6 @@ def bank(posterior):
     return bank_of(posterior, 2048)
 
 
-def test_split_takes_parts_from_the_end():
-    assert split(2048, 100, 48) == [slice(0, 1900), slice(1900, 2000), slice(2000, 2048)]
-    assert split(2048) == [slice(0, 2048)]
-
-
 @pytest.mark.parametrize("onset", [True, False])
 def test_rows_are_what_the_posterior_infers(onset):
     posterior = Posterior(settings(onset=onset))
@@ -39,6 +34,7 @@ def test_rows_are_what_the_posterior_infers(onset):
         rows.z.numpy(), posterior.model.standardise(values), rtol=0, atol=1e-6
     )
     np.testing.assert_array_equal(rows.travel.numpy(), bank.travel.values)
+    assert split(2048, 100, 48) == [slice(0, 1900), slice(1900, 2000), slice(2000, 2048)]
 
 
 def test_noise_is_fresh_and_has_the_covariance_of_the_sensor(bank, posterior):

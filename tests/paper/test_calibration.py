@@ -41,6 +41,8 @@ def test_ecdf_difference_by_hand():
     # Ranks 0, 2, 2 among 3 draws: below 1, 2, 3 lie 1, 1, 3 of 3; the grid is 1/4, 1/2, 3/4.
     expected = np.array([[1 / 3 - 1 / 4], [1 / 3 - 1 / 2], [1 - 3 / 4]])
     np.testing.assert_allclose(ecdf_difference([0, 2, 2], 3), expected, atol=1e-15)
+    assert family_p_value([0.5, 0.01, 0.2]) == pytest.approx(0.03)  # Bonferroni
+    assert family_p_value([0.9, 0.8]) == 1.0
 
 
 def test_p_values_are_exact():
@@ -96,11 +98,6 @@ def test_wrong_posterior_is_caught(fault):
     assert judged.excess[0] > 0
     if bias := fault.get("bias"):  # too high a posterior leaves low ranks: the ECDF lies above
         assert np.sign(judged.difference[100, 0]) == np.sign(bias)
-
-
-def test_family_p_value_is_bonferroni():
-    assert family_p_value([0.5, 0.01, 0.2]) == pytest.approx(0.03)
-    assert family_p_value([0.9, 0.8]) == 1.0
 
 
 def test_coverage():

@@ -62,15 +62,3 @@ def test_draws_that_are_not_finite_raise(series):
     posterior = pin(frozen(), 1e30, 1.0)
     with pytest.raises(FloatingPointError, match="5 of 5"):
         posterior.sample(records, noise_of(posterior, 5, 3))
-
-
-def test_first_weights_come_from_the_seed_and_the_motion():
-    state = torch.random.get_rng_state()
-    one, again = Posterior(settings(), seed=1), Posterior(settings(), seed=1)
-    others = Posterior(settings(), seed=2), Posterior(settings(motion="opening"), seed=1)
-    assert torch.equal(torch.random.get_rng_state(), state)
-    for name, weight in one.state_dict().items():
-        assert torch.equal(weight, again.state_dict()[name]), name
-    for other in others:
-        first = next(iter(one.parameters()))
-        assert not torch.equal(first, next(iter(other.parameters())))

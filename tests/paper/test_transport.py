@@ -133,20 +133,6 @@ def test_a_bent_density_is_recovered():
     assert efficiency(straight) < 0.5 * BEST_EFFICIENCY
 
 
-def test_moments_of_the_fit_are_those_of_weighted_draws():
-    rng = generator(1, "test transport", "moments")
-    draws = bent(400, 3, rng)
-    weights = rng.exponential(size=400)
-    weights /= weights.sum()
-    chosen = TriangularMap.fit(draws, weights)
-    np.testing.assert_allclose(chosen.mean, np.average(draws, axis=0, weights=weights), rtol=1e-12)
-    covariance = np.cov(draws.T, aweights=weights, ddof=0)
-    np.testing.assert_allclose(chosen.axes @ chosen.axes.T, covariance, atol=1e-12)
-    noise = undone(chosen, draws)
-    np.testing.assert_allclose(weights @ noise**2, 1, rtol=1e-12)
-    assert not np.allclose(TriangularMap.fit(draws).mean, chosen.mean, atol=1e-3)
-
-
 # ---- what cannot be fitted -----------------------------------------------------------------------
 
 

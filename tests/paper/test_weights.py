@@ -7,7 +7,6 @@ from scipy.stats import chisquare, norm
 
 from breaker.common.randomness import generator
 from breaker.paper.correction import importance, resample
-from tests.corrections import errors_p_value
 
 TWO_SIDED = norm.isf(0.5e-3)  # 3.29 standard errors: false alarm 1e-3
 
@@ -60,18 +59,6 @@ def test_the_best_classifier_in_closed_form():
     right = 0.5 * (1.0 - 2.0 * norm.sf(t)) + norm.sf(t / 2.0)
     error = 0.25 * np.abs(np.exp(weighed.log_weights) * z.size - 1.0).std() / np.sqrt(z.size)
     assert abs(weighed.c2st - right) < TWO_SIDED * error
-
-
-def test_evidence_is_unbiased_and_its_error_calibrated():
-    """Of many small samples: false alarm 1e-3 each. Its logarithm is only nearly unbiased."""
-    rng = generator(1, "test exact", "repeats")
-    results = [importance(*weigh(400, rng)) for _ in range(800)]
-    error = np.array([r.log_evidence for r in results]) - LOG_EVIDENCE
-    ratio = np.exp(error)
-    assert abs(ratio.mean() - 1) < TWO_SIDED * ratio.std() / np.sqrt(len(ratio))
-    assert errors_p_value(error, [r.log_evidence_se for r in results]) > 1e-3
-    # Planted fault: the error of a weight that has the effective size.
-    assert errors_p_value(error, [r.size**-0.5 for r in results]) < 1e-6
 
 
 # ---- Pareto k ----------------------------------------------------------------------------------
