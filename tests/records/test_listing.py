@@ -17,6 +17,8 @@ from breaker.records.folder import (
 )
 from breaker.records.operations import Operation
 
+GRID = Grid(np.arange(-2.0, 58.0, 0.4))
+
 
 def fill(folder, *names):
     for name in names:
@@ -29,20 +31,15 @@ def table(folder, *rows, head="file,motion,operation,breaker,phase"):
     (folder / "operations.csv").write_text("\n".join([head, *rows]), encoding="utf-8")
 
 
-# ---- by names ------------------------------------------------------------------------------------
-
-
-def test_operations_are_in_the_order_of_their_numbers(tmp_path):
-    fill(tmp_path / "closing", "op_10.csv", "op_9.csv", "op_100.csv", "op_2.csv")
-    assert [each.number for each in list_operations(tmp_path, "closing")] == [2, 9, 10, 100]
-
-
-def test_files_of_all_readable_kinds_count_and_no_others(tmp_path):
-    readable = ["1.csv", "2.TXT", "3.tsv", "4.xlsx", "5.cfg", "6.cff", "7.nc"]
+def test_files_of_all_readable_kinds_count_in_the_order_of_their_numbers(tmp_path):
+    readable = ["1.csv", "10.cff", "2.TXT", "3.tsv", "4.xlsx", "5.cfg", "7.nc"]
     paired = ["5.dat", ".8.csv", "~$4.xlsx", "11.md"]
-    fill(tmp_path, *readable, *paired, "old/12.csv", "operations.csv")
-    assert [file.name for file in record_files(tmp_path)] == [*readable]
+    folder = tmp_path / "closing"
+    fill(folder, *readable, *paired, "old/12.csv", "operations.csv")
+    assert [file.name for file in record_files(folder)] == [*readable]
     assert record_files(tmp_path / "nowhere") == []
+    numbers = [each.number for each in list_operations(tmp_path, "closing")]
+    assert numbers == [1, 2, 3, 4, 5, 7, 10]
 
 
 REFUSED = [["operation_0007_10kHz.csv"], ["op_1.csv", "notes.txt"], ["a_7.csv", "b_007.csv"], []]
@@ -55,25 +52,14 @@ def test_names_that_leave_a_doubt_are_refused(tmp_path, names):
         list_operations(tmp_path, "closing")
 
 
-# ---- by the table --------------------------------------------------------------------------------
-
-
-def test_a_table_goes_before_names(tmp_path):
-    fill(tmp_path, "closing/op_1.csv", "x/20-11-2024.csv")
-    table(tmp_path, "x/20-11-2024.csv,closing,7", head="file,motion,operation")
-    (found,) = list_operations(tmp_path, "closing")
-    # As tuples: from Python 3.13 on, dataclasses that hold nan are unequal.
-    assert astuple(found) == astuple(Operation(7, tmp_path / "x/20-11-2024.csv"))
-    with pytest.raises(FileNotFoundError, match="opening"):
-        list_operations(tmp_path, "opening")
-
-
 def test_one_of_several_breakers_and_phases_must_be_chosen_among_those_that_are_there(tmp_path):
-    fill(tmp_path, "1.csv", "names/closing/1.csv")
+    fill(tmp_path, "1.csv", "closing/op_1.csv", "names/closing/1.csv")
     rows = [(b, p) for b in ("Q1", "Q2") for p in ("L1", "L2", "L3")]
-    table(tmp_path, *(f"1.csv,closing,1,{b},{p}" for b, p in rows))
+    table(tmp_path, *(f"1.csv,closing,7,{b},{p}" for b, p in rows))  # goes before names
     (found,) = list_operations(tmp_path, "closing", breaker="Q2", phase="L3")
-    assert (found.breaker, found.phase) == ("Q2", "L3")
+    # As tuples: from Python 3.13 on, dataclasses that hold nan are unequal.
+    one = Operation(7, tmp_path / "1.csv", breaker="Q2", phase="L3")
+    assert astuple(found) == astuple(one)
     for chosen in ({}, {"breaker": "Q9"}):
         with pytest.raises(ValueError, match=r"endurance\.breaker .* Q1, Q2"):
             list_operations(tmp_path, "closing", **chosen)
@@ -82,6 +68,8 @@ def test_one_of_several_breakers_and_phases_must_be_chosen_among_those_that_are_
             list_operations(tmp_path, "closing", breaker="Q1", **chosen)
     with pytest.raises(ValueError, match=r"endurance\.phase"):
         list_operations(tmp_path / "names", "closing", phase="L1")
+    with pytest.raises(FileNotFoundError, match="opening"):
+        list_operations(tmp_path, "opening", breaker="Q1", phase="L1")
     assert list_breakers(tmp_path) == ["Q1", "Q2"]
     fleet = list_fleet(tmp_path, breakers=["Q1"], phase="L1")
     assert {name: len(some) for name, some in fleet.items()} == {"Q1": 1}
@@ -91,27 +79,16 @@ def test_one_of_several_breakers_and_phases_must_be_chosen_among_those_that_are_
     assert list_breakers(tmp_path) == ["Q3"]
 
 
-# ---- before a plan -------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("by", ["names", "table"])
-def test_a_missing_file_does_not_end_the_others(tmp_path, by):
+def test_a_missing_file_does_not_end_the_others(tmp_path):
     """It is rejected when it is read. Planted fault: all are missing."""
     fill(tmp_path / "closing", "op_1.csv")
     os.symlink("nowhere", tmp_path / "closing/op_2.csv")
-    if by == "table":
-        rows = [f"closing/op_{n}.csv,closing,{n}" for n in (1, 2)]
-        table(tmp_path, *rows, head="file,motion,operation")
     listed = list_operations(tmp_path, "closing")
-    assert [each.number for each in listed] == [1, 2]
-    curves = read_curves(listed, {}, Grid(np.arange(-2.0, 58.0, 0.4)), "closing")
+    curves = read_curves(listed, {}, GRID, "closing")
     assert "op_2.csv" in curves.reason.values[1]
     (tmp_path / "closing/op_1.csv").unlink()
     with pytest.raises(ValueError, match=r"op_\d\.csv"):
         list_operations(tmp_path, "closing")
-
-
-# ---- the source ----------------------------------------------------------------------------------
 
 
 def test_the_fingerprint_changes_with_whatever_a_record_is_read_from(tmp_path):
@@ -131,9 +108,6 @@ def test_the_fingerprint_changes_with_whatever_a_record_is_read_from(tmp_path):
     assert fingerprint([found]) == fingerprint([found])
 
 
-# ---- from the table to curves --------------------------------------------------------------------
-
-
 def test_each_record_is_read_with_what_its_row_states(tmp_path):
     """A linkage in degrees and half its rate, without times; and rows that state too little."""
     times = np.arange(0.0, 200.0, 0.1)
@@ -147,9 +121,8 @@ def test_each_record_is_read_with_what_its_row_states(tmp_path):
         "deg.csv,closing,4,5,deg,,-1",
     ]
     table(tmp_path, *rows, head="file,motion,operation,rate,travel_unit,ratio,sign")
-    settings = {"time_column": None, "zero": "rest"}
-    grid, listed = Grid(np.arange(-2.0, 58.0, 0.4)), list_operations(tmp_path, "closing")
-    curves = read_curves(listed, settings, grid, "closing")
+    listed = list_operations(tmp_path, "closing")
+    curves = read_curves(listed, {"time_column": None, "zero": "rest"}, GRID, "closing")
     assert curves.accepted.values.tolist() == [True, True, False, False]
     assert curves.rate.values[:2] == pytest.approx([10.0, 5.0])
     strokes = curves.measured.sel(quantity="stroke").values[:2]
@@ -170,9 +143,9 @@ def test_what_is_known_of_operations_of_any_motion(tmp_path):
         "g.csv,opening,6,L2,99,repair",
     ]
     table(tmp_path, *rows, head="file,motion,operation,phase,temperature,event")
-    fill(tmp_path, *(f"{name}.csv" for name in "abcdef"))
-    listed = [each for _, each in list_fleet(tmp_path, phase="L1")[""]]
-    events, conditions = known_of(listed, [1, 6, 8])
+    events, conditions = known_of(
+        [each for _, each in list_fleet(tmp_path, phase="L1")[""]], [1, 6, 8]
+    )
     assert events == {1: "greased", 6: "inspected, remounted"}
     assert conditions == {"temperature": {1: 22.0, 9: -3.0}}
     assert known_of([], [1]) == ({}, {})

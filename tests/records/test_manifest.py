@@ -19,14 +19,19 @@ def read(tmp_path, text, encoding="utf-8"):
 def test_a_table_states_all_of_an_operation(tmp_path):
     first, second, third = read(
         tmp_path,
-        "operation,file,motion,channel,breaker,phase,date,temperature,event,from,to\n"
-        '7,run/op 1.csv,closing,travel A,Q0,L1,2024-11-20T15:13:07,21.5,"greased, set",0,99.5\n'
-        "007,run/op 1.csv,Opening,travel A,Q0,L1,20.11.2024,-3,,200,\n"
+        "operation,file,motion,channel,breaker,phase,date,temperature,event,from,to,transducer\n"
+        '7,run/op 1.csv,closing,travel A,Q0,L1,2024-11-20T15:13:07,21.5,"greased, set",0,99.5,T 1\n'
+        "007,run/op 1.csv,Opening,travel A,Q0,L1,20.11.2024,-3,,200,,\n"
         "\n"
-        "8,run/öp 2.xlsx,closing,,Q0,L1,,,,,\n",
+        "8,run/öp 2.xlsx,closing,,Q0,L1,,,,,,\n",
     )
     named = {"channel": "travel A", "breaker": "Q0", "phase": "L1"}
-    about = {"date": "2024-11-20T15:13:07", "temperature": 21.5, "event": "greased, set"}
+    about = {
+        "date": "2024-11-20T15:13:07",
+        "temperature": 21.5,
+        "event": "greased, set",
+        "transducer": "T 1",
+    }
     file = tmp_path / "run/op 1.csv"
     expected = Operation(7, file, begin=0.0, end=99.5, **named, **about)
     # As tuples: from Python 3.13 on, dataclasses that hold nan are unequal.
@@ -142,11 +147,6 @@ def test_a_mistake_is_named_with_its_place_and_remedy(tmp_path, text, reason):
         read(tmp_path, text)
     assert "operations.csv" in str(refused.value)
     assert str(refused.value).replace("\n", "").isprintable()
-
-
-def test_a_transducer_has_a_name(tmp_path):
-    text = f"{HEAD},transducer\na.csv,closing,1,TS 150 on the shaft\nb.csv,closing,2,\n"
-    assert [each.transducer for _, each in read(tmp_path, text)] == ["TS 150 on the shaft", ""]
 
 
 def test_events_are_of_those_that_are_known(tmp_path):
