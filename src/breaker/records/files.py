@@ -123,7 +123,7 @@ class Files:
     def __getitem__(self, file: str | Path) -> Opened:
         """Return a file as one that is opened."""
         if (name := str(file)) not in self._opened:
-            with suppress(OSError):
+            with suppress(OSError, ValueError):  # reading the file names the reason
                 self._size += os.path.getsize(file)
             if self._size > _KEPT:
                 self._opened, self._size = {}, 0
