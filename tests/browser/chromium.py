@@ -79,8 +79,16 @@ class Browser:
         return self.until(found, selector)[_ELEMENT]
 
     def click(self, selector: str) -> None:
-        """Click on an element."""
-        self._ask(f"/element/{self.find(selector)}/click", {})
+        """Click on an element; again if a script has replaced it meanwhile."""
+
+        def clicked():
+            try:
+                self._ask(f"/element/{self.find(selector)}/click", {})
+            except OSError:
+                return False
+            return True
+
+        self.until(clicked, selector)
 
     def type(self, selector: str, text: str) -> None:
         """Type into a field what replaces its text, or name files to a field of files."""

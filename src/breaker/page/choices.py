@@ -17,7 +17,6 @@ from breaker.diagnosis.session import Diagnosis
 from breaker.records.proposal import Proposal
 from breaker.records.settings import FORMAT, TO_MM, TO_MS
 from breaker.records.sheet import Sheet
-from breaker.records.words import WORDS
 
 _SET = "set."
 _LONGEST = 200  # characters of a value: a longer one is a mistake
@@ -41,7 +40,7 @@ LABELS = {
 
 _OPTIONS = {
     "time_unit": {unit: unit for unit in TO_MS},
-    "travel_unit": {unit: unit for unit in (*TO_MM, *sorted(WORDS["other_units"].split()))},
+    "travel_unit": {unit: unit for unit in (*TO_MM, "deg", "V", "mV", "%")},
     "sign": {1: "closes", -1: "opens"},
     "decimal": {".": "point", ",": "comma"},
 }
@@ -227,14 +226,14 @@ def _reason_for(
     return "sure", "seen in the file" if proposal else "from the configuration"
 
 
+_ANY, _LONG = "|".join(LABELS), "|".join(key for key in LABELS if "_" in key)
+_KEY = re.compile(rf"(?<=\bset )(?:{_ANY})\b|(?<=\bchange )(?:{_ANY})\b|\b(?:{_LONG})\b")
+
+
 def labelled(text: str) -> str:
     """Return a remark with labels of the page in place of keys of the configuration.
 
-    >>> labelled("set travel_column: S 1, or change sign")
-    'set “Column of travel”: S 1, or change sign'
+    >>> labelled("set travel_unit: cm, or change ratio")
+    'set “Unit of travel”: cm, or change “Scale (mm per unit)”'
     """
-    return re.sub(r"\b\w+_\w+\b", lambda key: _quoted(key[0]), text)
-
-
-def _quoted(key: str) -> str:
-    return f"“{LABELS[key]}”" if key in LABELS else key
+    return _KEY.sub(lambda key: f"“{LABELS[key[0]]}”", text)

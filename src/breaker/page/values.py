@@ -5,7 +5,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from breaker.common.document import Cell
 from breaker.common.numerals import in_digits
 from breaker.diagnosis.estimate import Estimate
 from breaker.diagnosis.limits import VERDICTS, worst
@@ -14,9 +13,6 @@ from breaker.diagnosis.session import Diagnosis
 from breaker.diagnosis.tables import RESULTS, simultaneity_in_words
 from breaker.model.quantities import INFERRED, OF_STROKE, in_words
 from breaker.page.curves import Tab, origins_of, spots_of
-
-Limits = Sequence[Mapping[str, Any] | None]
-"""The limit on a quantity of each pole; None where there is none."""
 
 
 class Value(NamedTuple):
@@ -54,23 +50,10 @@ class Row(NamedTuple):
     deviation: str = ""
 
 
-class TabValues(NamedTuple):
-    """A table: phases, rows, reasons of missing values and rejected records, simultaneity, and the
-    zone of the speed.
+def table_of(tab: Tab, diagnosis: Diagnosis) -> dict[str, Any]:
+    """Return the table of a tab, as its template takes it: phases, rows, reasons of missing values
+    and of rejected records, simultaneity, and the zone of the speed.
     """
-
-    title: str
-    motion: str
-    phases: Sequence[str]
-    rows: Sequence[Row]
-    missing: Mapping[str, str]
-    simultaneity: Sequence[Cell]
-    rejected: Sequence[str]
-    zone: Sequence[str]
-
-
-def table_of(tab: Tab, diagnosis: Diagnosis) -> TabValues:
-    """Return the table of a tab."""
     pairs = [
         (estimate, record)
         for estimate, record in zip(diagnosis.estimates, diagnosis.result["records"], strict=True)
@@ -93,16 +76,16 @@ def table_of(tab: Tab, diagnosis: Diagnosis) -> TabValues:
         for one in diagnosis.result["simultaneity"]
         if records and (one["motion"], one["operation"]) == (tab.motion, records[0]["operation"])
     ]
-    return TabValues(
-        tab.title,
-        tab.motion,
-        phases=[record.get("phase") or "value" for record in records],
-        rows=[*rows, *_other_limits(records, shown)],
-        missing=missing,
-        simultaneity=poles,
-        rejected=[str(record["reason"]) for _, record in pairs if not record["accepted"]],
-        zone=diagnosis.config["speeds"].get(f"{tab.motion}_speed") or ("", ""),
-    )
+    return {
+        "title": tab.title,
+        "motion": tab.motion,
+        "phases": [record.get("phase") or "value" for record in records],
+        "rows": [*rows, *_other_limits(records, shown)],
+        "missing": missing,
+        "simultaneity": poles,
+        "rejected": [str(record["reason"]) for _, record in pairs if not record["accepted"]],
+        "zone": diagnosis.config["speeds"].get(f"{tab.motion}_speed") or ("", ""),
+    }
 
 
 def _shifted(estimate: Estimate, zero: float) -> dict[str, list[float]]:

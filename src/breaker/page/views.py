@@ -9,7 +9,7 @@ import os
 from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import replace
-from functools import cache
+from functools import cache, partial
 from importlib.resources import files as resources
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -123,7 +123,8 @@ def _verdict(asked: Asked) -> Answer:
         reason = str(error).splitlines()[-1].strip()
         return {"verdict": "unread", "text": f"not readable: {visible_text(reason)}"}
     rejected = [str(record["reason"]) for record in result["records"] if not record["accepted"]]
-    text = "; ".join([verdict_of(result), *rejected[:1]])
+    verdict = verdict_of(result) if result["verdict"] else "no limits"
+    text = "; ".join([verdict, *rejected[:1]])
     return {"verdict": result["verdict"] or "none", "text": visible_text(text)}
 
 
@@ -179,17 +180,10 @@ def _curves(asked: Asked) -> Answer:
     return curves.drawn(tabs[int(number)], shown.diagnosis, shown.files, own)
 
 
-def _values(asked: Asked) -> Answer:
-    """Values, limits and verdicts, and the marks on curves."""
-    return _results(asked, with_model=False)
-
-
-def _model(asked: Asked) -> Answer:
-    """Values and marks once the model has answered, with its state of the drive and changes."""
-    return _results(asked, with_model=True)
-
-
 def _results(asked: Asked, *, with_model: bool) -> Answer:
+    """Values, limits, verdicts, and marks on curves; once the model has answered, with its state of
+    the drive and the changes.
+    """
     find = asked.session.complete if with_model else asked.session.measured
     diagnosis = find(asked.choices, asked.text("state"))
     result, own = diagnosis.result, asked.session.config["report"]["colours"]
@@ -235,10 +229,10 @@ def warm(session: Session) -> None:
     """Import and compile what an inspection needs, while the user looks at the list."""
     compile_now()
     with suppress(ValueError, OSError, StopIteration):
-        name = next(name for name, path in session.files().items() if os.path.isfile(path))
-        asked = Asked(session, "", {"file": [name], "tab": ["0"]}, None)
-        for view in (_inspection, _curves, _values, _model):
-            view(asked)
+        file = next(name for name, path in session.files().items() if os.path.isfile(path))
+        asked = Asked(session, "", {"file": [file], "tab": ["0"]}, None)
+        for name in ("inspection", "curves", "values", "model"):
+            VIEWS["GET", name](asked)
 
 
 # ---- types ---------------------------------------------------------------------------------------
@@ -279,8 +273,8 @@ VIEWS = {
     ("POST", "drop"): _drop,
     ("GET", "inspection"): _inspection,
     ("GET", "curves"): _curves,
-    ("GET", "values"): _values,
-    ("GET", "model"): _model,
+    ("GET", "values"): partial(_results, with_model=False),
+    ("GET", "model"): partial(_results, with_model=True),
     ("GET", "sheet"): _sheet,
     ("POST", "set"): _set,
     ("POST", "import"): _import,
