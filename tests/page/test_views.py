@@ -9,6 +9,8 @@ import pytest
 import yaml
 
 from breaker.cli import main
+from breaker.diagnosis.session import Diagnosis
+from breaker.family.networks import shipped_levels
 from tests.exports import record
 from tests.page.conftest import ODD, REFUSED, Views, line
 
@@ -66,6 +68,32 @@ def test_a_limit_changes_the_verdict_until_it_is_removed(ask):
     assert verdicts == ["pass", "inconclusive", "fail", "none"]
     assert ask(f"/verdict?{LINE}&type=Other")["verdict"] == "none"  # a type without an entry
     assert ask("/verdict?file=bare.csv&type=T 1")["verdict"] == "unread"
+
+
+def test_estimates_are_made_once_whatever_the_limits(ask, monkeypatch):
+    made, infer = [], Diagnosis.infer
+    monkeypatch.setattr(
+        Diagnosis, "infer", lambda self, records: made.append(self.families) or infer(self, records)
+    )
+    parts = []
+    for ends in (("99", "101"), ("", "90")):
+        parts.append(ask(f"/model?{LINE}&type=T")["parts"])
+        ask.set("T", STROKE, *ends)
+    parts.append(ask(f"/model?{LINE}&type=T")["parts"])
+    assert made.count(shipped_levels) == 1
+    assert len({each["model"] for each in parts}) == 1
+    assert len({each["verdict"] for each in parts}) == 3
+
+
+def test_a_limit_on_several_quantities_has_a_row(folder, tmp_path):
+    upper = {"travel_time": 10.0, "stroke": 10.0}
+    limit = {"name": "both", "motion": "closing", "of": "record", "upper": upper}
+    (tmp_path / "limits.yaml").write_text(yaml.safe_dump({"limits": [limit]}))
+    table = Views(folder / "curves", tmp_path, tmp_path / "limits.yaml")(f"/values?{LINE}")
+    (row,) = re.findall(
+        r'<tr class="(\w*)"><th scope="row" title="[^"]*">both<', table["parts"]["values"]
+    )
+    assert row == "fail"
 
 
 def test_a_wrong_value_of_a_type_is_refused_with_nothing_written(ask):

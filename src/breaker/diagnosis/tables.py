@@ -59,32 +59,41 @@ def verdict_of(result: Result) -> Cell:
     """Return the verdict on all limits, and the values that decide it, in one line."""
     if not (verdict := result["verdict"]):
         return Cell(say("no-limits"), "faint")
-    texts = [
-        _limit_in_words(limit, record)
-        for record in accepted(result)
-        for limit in record.get("limits", ())
-        if limit["verdict"] == verdict
-    ]
+    groups: dict[tuple, list[tuple[str, Verdict]]] = {}
+    for record in accepted(result):
+        for limit in record.get("limits", ()):
+            if limit["verdict"] == verdict:
+                key = record["motion"], limit["name"], limit["words"]
+                groups.setdefault(key, []).append((record.get("phase", ""), limit))
+    texts = [_limit_in_words(motion, some) for (motion, *_), some in groups.items()]
     poles = [e for e in result["simultaneity"] if "limit" in e]
-    judged = (e for e in poles if e.get("verdict", "inconclusive") == verdict)
+    judged = [e for e in poles if e.get("verdict", "inconclusive") == verdict]
     texts += map(simultaneity_in_words, judged)
-    words = say("within-limits", count=len(texts)) if verdict == "pass" else first_of(texts, _NAMED)
+    count = sum(map(len, groups.values())) + len(judged)
+    words = say("within-limits", count=count) if verdict == "pass" else "; ".join(texts[:_NAMED])
+    more = len(texts) - _NAMED
+    words += f" and {more} more" if verdict != "pass" and more > 0 else ""
     return Cell(f"{RESULTS[verdict]}: {words}", RESULTS[verdict].tone)
 
 
-def _limit_in_words(limit: Verdict, record: RecordResult) -> str:
-    """Return a limit with its values and bounds, as "closing stroke R 176 mm (170 to 184)"."""
-    texts, phase = [], record.get("phase", "")
-    for part in limit["parts"]:
-        known = [_NONE]
-        if part["value"] is not None:
-            known = [in_digits(part["value"], 4), _unit(part["unit"])]
-        words = [in_words(part["quantity"]), phase, *known, f"({bounds_in_words(part['bounds'])})"]
+def _limit_in_words(motion: str, some: Sequence[tuple[str, Verdict]]) -> str:
+    """Return a limit with values and bounds, as "closing stroke R 176, Y 178 mm (180 to 184)".
+
+    Args:
+        motion: Motion of the limit.
+        some: Phase and verdict of each pole.
+    """
+    texts, (_, first) = [], some[0]
+    for k, part in enumerate(first["parts"]):
+        known = [(phase, limit["parts"][k]["value"]) for phase, limit in some]
+        values = [f"{p} {_NONE if v is None else in_digits(v, 4)}".strip() for p, v in known]
+        unit, bounds = _unit(part["unit"]), bounds_in_words(part["bounds"])
+        words = [in_words(part["quantity"]), first_of(values, _MOST), unit, f"({bounds})"]
         texts.append(" ".join(filter(None, words)))
     words = " and ".join(texts)
-    motion = "" if record["motion"] in words else record["motion"]
-    is_named = in_words(limit["parts"][0]["quantity"]) not in in_words(limit["name"])
-    return " ".join(filter(None, (f"{limit['name']}:" * is_named, motion, words)))
+    named = in_words(first["parts"][0]["quantity"]) not in in_words(first["name"])
+    about = f"{first['name']}:" * named, motion * (motion not in words), words
+    return " ".join(filter(None, about))
 
 
 def bounds_in_words(bounds: Sequence[float | None]) -> str:

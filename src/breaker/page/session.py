@@ -294,7 +294,8 @@ class Session:
             options |= {"reference": None, "tolerance": None}  # options that the page does not have
             new = self.commands.read_of(Namespace(**options), opened)
         settings = {**new.config, "limits": None, "types": None}
-        key = opened, json.dumps([about, same, settings], default=str)
+        same = [same, about["files"], about["before"], about["channel"]]
+        key = opened, json.dumps([*same, settings], default=str)
         source = self._once("source", key, lambda: new)
         return replace(new, records=source.records, before=source.before), source
 
