@@ -142,14 +142,8 @@ def name_of(identity: str) -> str:
 
 
 class SettingRow(NamedTuple):
-    """An import setting as the page shows it.
-
-    Attributes:
-        key, label: Key of ``endurance.format``, and name.
-        text: Value as the text of a field.
-        reason: Reason for the value.
-        state: "missing", "doubtful", "chosen" or "sure".
-        options: Texts of a choice and their names; none of a field for text.
+    """An import setting as the page shows it: its key of ``endurance.format``, its value as a text,
+    the reason for it, and the texts of a choice with their names; none of a field for text.
     """
 
     key: str
@@ -181,13 +175,8 @@ def rows_of(
 ) -> list[SettingRow]:
     """Return the form of the import settings: what must be decided stands first.
 
-    Args:
-        base: Settings before any choice.
-        proposal: Proposal for the first file, if the settings begin with it.
-        sheet: Contents of the first file, if it can be read.
-        chosen: Choices on the page.
-        diagnosis: The inspection; None if it cannot be read.
-        trouble: Reason why it cannot be read; it may name a wrong choice.
+    ``base`` are settings before any choice, ``trouble`` is the reason why there is no diagnosis; it
+    may name a wrong choice.
     """
     records = diagnosis.records if diagnosis else ()
     columns = [sheet.column(i) for i in range(len(sheet.columns))] if sheet else []
