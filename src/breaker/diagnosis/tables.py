@@ -86,9 +86,11 @@ def _limit_in_words(motion: str, some: Sequence[tuple[str, Verdict]]) -> str:
     texts, (_, first) = [], some[0]
     for k, part in enumerate(first["parts"]):
         known = [(phase, limit["parts"][k]["value"]) for phase, limit in some]
-        values = [f"{p} {_NONE if v is None else in_digits(v, 4)}".strip() for p, v in known]
-        unit, bounds = _unit(part["unit"]), bounds_in_words(part["bounds"])
-        words = [in_words(part["quantity"]), first_of(values, _MOST), unit, f"({bounds})"]
+        values = [f"{phase} {in_digits(v, 4)}".strip() for phase, v in known if v is not None]
+        words = [in_words(part["quantity"]), first_of(values, _MOST), _unit(part["unit"])]
+        if not values:
+            words[1:] = [say("not-measured")]
+        words.append(f"({bounds_in_words(part['bounds'])})")
         texts.append(" ".join(filter(None, words)))
     words = " and ".join(texts)
     named = in_words(first["parts"][0]["quantity"]) not in in_words(first["name"])

@@ -186,8 +186,11 @@ def rows_of(
         used = (record.operation.settings.get(key) for record in records)
         stated = [*dict.fromkeys(str(setting) for setting in used if setting is not None)]
         if key in chosen:
-            is_wrong = f"endurance.format.{key} " in trouble
-            state, reason = ("missing", trouble) if is_wrong else ("chosen", "your choice")
+            full = f"endurance.format.{key}"
+            wrong = [line.strip() for line in trouble.splitlines() if f"{full} " in line]
+            state, reason = "chosen", "your choice"
+            if wrong:
+                state, reason = "missing", wrong[0].replace(full, label)
         else:
             state, reason = _reason_for(key, base, proposal, stated)
         options = {as_text(option): name for option, name in _OPTIONS.get(key, {}).items()}

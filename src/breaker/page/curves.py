@@ -26,6 +26,7 @@ _PANELS = {  # heights in pixels, and labels; those without one have the label o
     "coil": (85, ""),
     "resistance": (190, "resistance (µΩ)"),
 }
+_OF_FILE = 150  # height of the panel of a unit, pixels
 _CHANNELS = {"contact": "contact", "current": "test current", "trigger": "coil", "motor": "coil"}
 
 
@@ -115,20 +116,32 @@ def drawn(tab: Tab, diagnosis: Diagnosis, files: Files, own: Mapping[str, str]) 
             if key == (overlay.operation, overlay.motion, overlay.phase, overlay.file):
                 curves.append(_overlay(record, overlay, look, zero))
     colours = colours_of([record.operation.phase for record in tab.records], own)
-    found = _panels(curves, (min(begins), max(ends)), axis, colours)
-    return found | {"notes": [*dict.fromkeys(not_overlaid(tab.read, diagnosis.before))]}
+    window, panels = (min(begins), max(ends)), []
+    for panel, (height, label) in _PANELS.items():
+        some = [curve for curve in curves if curve.panel == panel]
+        if some:
+            lines = [_line(curve, window, colours) for curve in some]
+            panels.append(_panel(panel, height, label or some[0].name, lines))
+    notes = [*dict.fromkeys(not_overlaid(tab.read, diagnosis.before))]
+    return {"window": window, "axis": axis, "panels": panels, "notes": notes}
 
 
 def drawn_file(sheet: Sheet) -> dict:
-    """Return all columns of a file of which nothing could be read, over the number of samples."""
+    """Return all columns of a file of which nothing could be read, over the number of samples, with
+    a panel for each unit.
+    """
     names = [printable(str(sheet.column(i))) for i in range(len(sheet.columns))]
     samples = np.arange(sheet.columns[0].size, dtype=float)
-    curves = [
-        Curve("travel", name, name, samples, values)
-        for name, values in zip(names, sheet.columns, strict=True)
-        if np.isfinite(values).any() and np.nanmin(values) < np.nanmax(values)
-    ]
-    return _panels(curves, (0.0, float(samples.size)), "sample", colours_of(names, {}))
+    colours, window = colours_of(names, {}), (0.0, float(samples.size))
+    panels: dict[str, list[dict]] = {}
+    for name, unit, values in zip(names, sheet.units, sheet.columns, strict=True):
+        if np.isfinite(values).any() and np.nanmin(values) < np.nanmax(values):
+            curve = Curve("", name, name, samples, values)
+            panels.setdefault(printable(unit or "reading"), []).append(
+                _line(curve, window, colours)
+            )
+    drawn_panels = [_panel("", _OF_FILE, unit, lines) for unit, lines in panels.items()]
+    return {"window": window, "axis": "sample", "panels": drawn_panels, "notes": []}
 
 
 def _own_curves(record: DriveRecord, zero: float) -> Iterator[Curve]:
@@ -185,17 +198,8 @@ def _overlay(record: DriveRecord, other: Overlay, look: str, zero: float) -> Cur
     return Curve("travel", record.operation.phase, name, time, travel, look)
 
 
-def _panels(
-    curves: Sequence[Curve], window: tuple[float, float], axis: str, colours: Mapping[str, str]
-) -> dict:
-    panels = []
-    for panel, (height, label) in _PANELS.items():
-        some = [curve for curve in curves if curve.panel == panel]
-        if some:
-            lines = [_line(curve, window, colours) for curve in some]
-            about = {"name": panel, "height": height, "label": label or some[0].name}
-            panels.append(about | {"curves": lines})
-    return {"window": window, "axis": axis, "panels": panels, "notes": []}
+def _panel(name: str, height: int, label: str, lines: Sequence[dict]) -> dict:
+    return {"name": name, "height": height, "label": label, "curves": lines}
 
 
 def _line(

@@ -40,7 +40,8 @@ class Plot {
   legend() { // names of the curves of the travel, each a button that hides it
     const row = document.createElement("div");
     row.className = "legend";
-    const curves = [...this.data.panels[0]?.curves ?? []].sort((a, b) => Boolean(a.look) - Boolean(b.look));
+    const panels = this.data.panels.filter((panel, k) => k === 0 || !panel.name); // without a name: of a file
+    const curves = panels.flatMap((panel) => panel.curves).sort((a, b) => Boolean(a.look) - Boolean(b.look));
     for (const curve of curves) {
       const name = curve.look ? curve.name : curve.phase || curve.name;
       if ([...row.children].some((made) => made.textContent === name)) continue;
