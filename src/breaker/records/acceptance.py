@@ -1,8 +1,6 @@
 """Read a folder of records before any training; report what is accepted, and why not the rest."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor
-from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
@@ -11,12 +9,10 @@ import numpy as np
 from breaker.common.document import Document, Remark, Section, Table
 from breaker.common.numerals import in_digits
 from breaker.records.curves import Grid, GriddedRecord, read_records
-from breaker.records.files import printable
+from breaker.records.files import RejectedCurveError, printable
 from breaker.records.folder import list_operations
 from breaker.records.operations import MANIFEST, Operation, read_manifest
 from breaker.records.proposal import ITEM, alike
-
-_FEWEST, _PARTS = 50, 8  # files that one process reads at a time, some seconds of work; most parts
 
 
 class CheckedRecord(NamedTuple):
@@ -64,7 +60,6 @@ def check_folder(
     of = [(b, p) for b, p in sorted(rows) if breaker in (None, b) and phase in (None, p)]
     groups = []
     for motion in motions:
-        read = partial(_read, settings=endurance["format"], grid=grid, motion=motion)
         for breaker, phase in of or [chosen]:
             name = " ".join(filter(None, [breaker, phase, motion]))
             which = {"breaker": breaker, "phase": phase, "events": endurance["events"]}
@@ -73,28 +68,17 @@ def check_folder(
             except (ValueError, OSError) as error:
                 groups.append(CheckedGroup(name, motion, error=str(error)))
                 continue
-            size = max(_FEWEST, -(-len(operations) // _PARTS))  # all may be lines of one file
-            parts = [operations[i : i + size] for i in range(0, len(operations), size)]
-            if len(parts) > 1:
-                with ProcessPoolExecutor() as pool:
-                    results = [*pool.map(read, parts)]
-            else:
-                results = map(read, parts)
-            groups.append(CheckedGroup(name, motion, [one for part in results for one in part]))
+            results = read_records(operations, endurance["format"], grid, motion)
+            groups.append(CheckedGroup(name, motion, [*map(_checked, operations, results)]))
     return groups
 
 
-def _read(operations: Sequence[Operation], **about: object) -> list[CheckedRecord]:
-    """Read some operations as the workflow reads them."""
-    checked = []
-    for operation, result in zip(operations, read_records(operations, **about), strict=True):
-        file = printable(operation.file)
-        if isinstance(result, GriddedRecord):
-            about = result.noise.sd, result.record.segment.stroke
-            checked.append(CheckedRecord(file, "", "; ".join(result.remarks), *about))
-        else:
-            checked.append(CheckedRecord(file, str(result)))
-    return checked
+def _checked(operation: Operation, result: GriddedRecord | RejectedCurveError) -> CheckedRecord:
+    file = printable(operation.file)
+    if not isinstance(result, GriddedRecord):
+        return CheckedRecord(file, str(result))
+    about = result.noise.sd, result.record.segment.stroke
+    return CheckedRecord(file, "", "; ".join(result.remarks), *about)
 
 
 def document_of(groups: Sequence[CheckedGroup]) -> Document:
