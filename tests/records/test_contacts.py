@@ -61,7 +61,8 @@ def test_interruptions_are_bounces_and_ripple_of_a_closed_contact_is_not():
     found = case.read(values, case.current())
     assert (found.bounces, found.bounce_time) == (0.0, 0.0)
     assert found.time == pytest.approx(case.mirrored(case.arcing), abs=0.3)
-    assert np.isnan([found.main, case.read(values).bounces]).all()  # ripple may hide them
+    assert not found.main_sd < 2.0  # when the ripple ends, or not at all
+    assert np.isnan(case.read(values).bounces)
     assert case.read(values, np.where(since > 65.0, 0.0, case.current())).bounces == 0.0
 
 
@@ -160,7 +161,7 @@ def test_triggers():
     for none in (0.0 * TIME, noise, (TIME >= 25.0) * 1.0, np.full(TIME.size, np.nan)):
         assert np.isnan(trigger_of(TIME, none, MOVES)).all()
     assert trigger_of(TIME, coil(TIME[0]), MOVES)[0] == pytest.approx(TIME[0], abs=0.3)
-    assert trigger_of(TIME, coil(TIME[0] - 10.0), MOVES) == (TIME[0], 1.0)
+    assert np.isnan(trigger_of(TIME, coil(TIME[0] - 10.0), MOVES)).all()  # since when is unknown
 
 
 def test_a_trigger_is_as_uncertain_as_its_noise_makes_it():
@@ -187,9 +188,9 @@ def test_from_a_file_to_the_dataset(tmp_path, prior, sensor):
     """Times on the grid: the file's own, less that of the grid's zero; columns in any order."""
     exact = travel(prior.medians[None], TIME, "opening", onset=MOVES)
     switches = MOVES + exact.switching[0]
-    contact = np.where(switches <= TIME, "12.0", "0.1")
+    contact = np.where(switches <= TIME, "9999.0", "0.05")
     rows = zip(contact, exact.travel[0], 1e3 * coil(7.0), TIME, strict=True)
-    lines = ["main,travel,coil,time", "V,mm,mA,ms"]
+    lines = ["main,travel,coil,time", "mOhm,mm,mA,ms"]
     lines += [f"{c},{x:.4f},{i:.2f},{t:.2f}" for c, x, i, t in rows]
     (tmp_path / "a.csv").write_text("\n".join(lines))
     settings = {"time_unit": "ms", "contact_column": "main", "trigger_column": "coil"}
@@ -204,6 +205,7 @@ def test_from_a_file_to_the_dataset(tmp_path, prior, sensor):
     for name, (value, off) in expected.items():
         assert found[name].values == pytest.approx([value, np.nan], abs=off, nan_ok=True)
         assert found[name].attrs["unit"] == "ms"
-    measured = found.measured.sel(quantity=["coil_current", "coil_off_time", "arcing_wipe"])
-    truth = [coil(7.0).max(), 30.0, np.nan]
+    names = ["coil_current", "coil_off_time", "static_resistance", "arcing_wipe"]
+    measured = found.measured.sel(quantity=names)
+    truth = [coil(7.0).max(), 30.0, 50.0, np.nan]
     assert measured.values[0] == pytest.approx(truth, rel=0.02, nan_ok=True)

@@ -13,7 +13,7 @@ from breaker.figures import style
 from breaker.model.parameters import PARAMETERS
 from breaker.model.quantities import EVENTS
 from breaker.records.files import printable
-from breaker.records.fits import filled
+from breaker.records.noise import filled
 
 if TYPE_CHECKING:
     from breaker.diagnosis.estimate import Estimate

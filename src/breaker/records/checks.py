@@ -1,14 +1,11 @@
 """Checks of a record: which samples no sensor of this stroke gives, and what only a whole shows.
 
 Each check compares one statistic with its distribution under white noise, of the record's own
-standard deviation, at the rate ``FALSE``; other limits are physical. Of the 684 files that are
-accepted among 1,338 damaged ones (``studies.faults``, seed 11), these would be wrong in silence
-without a check, or wrong at all where it leaves samples out: *spike*, a sample far from the median
-of five, 49; *jump* and *slip*, a step between lines through samples before and after a place, 38;
-*clipped*, a top that the end of the range cuts off, 2; *open-rest-off*, an open breaker that does
-not rest at zero, 4; *disturbed*, noise that lasts, 2 of 52 files with a burst (seed 4711). Of 160
-files of a kind (seed 90210): *hum* 10 with hum, *repeats* and *range-ends* 5 that are clipped and 5
-with readings that come twice, *unsteady* 20 or so with an excursion.
+standard deviation, at the rate ``FALSE``; other limits are physical. Each is kept because damaged
+files of ``studies.faults`` would be wrong in silence without it: of 684 accepted ones (seed 11) 49
+without *spike*, 38 without *jump* and *slip*, 4 without *open-rest-off*, 2 without *clipped*; of
+160 of one kind (seed 90210) 10 without *hum*, 5 without *repeats* and *range-ends*, 20 without
+*unsteady*; of 52 with a burst 2 without *disturbed*.
 """
 
 from collections.abc import Mapping
@@ -18,9 +15,16 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
 from breaker.common.numerals import in_digits
-from breaker.records.fits import filled, running_mean, running_median, smoothed
 from breaker.records.motion import Segment
-from breaker.records.noise import OF_SECOND, REST, white_noise
+from breaker.records.noise import (
+    OF_SECOND,
+    REST,
+    filled,
+    running_mean,
+    running_median,
+    smoothed,
+    white_noise,
+)
 from breaker.records.rejections import FALSE, FEWEST, MATTERS, Remark, UnusableError, normal_sds
 from breaker.records.settings import TO_MM
 
@@ -37,8 +41,6 @@ _DISTURBED = 0.02, 5.0  # strokes and usual noises: in more noise no sample show
 _FAR = 0.15  # strokes from zero at which the open breaker is not that of the settings
 _SLIPS = 0.05  # of the stroke: a mount that slips by more holds no sensor
 _ENDS, _MOST = 50, 64  # samples at either end, and of a stretch that is compared at most
-_TENTHS = np.arange(0.1, 0.95, 0.1)  # of the way, between which speeds are compared
-_AT_SPEED = 0.6  # of the greatest speed, from which no stop leaves a drive without a swing
 _AT_END = 0.25  # of a rest, samples at the end of a range; noise of five steps has 0.07 there
 _NOISY = 5  # values of a rest in noise that no step of the reading hides at another rest
 _UNSTEADY = 0.01  # strokes, by which a rest moves; of 200 good records of the study 0.006 at most
@@ -264,26 +266,6 @@ def ends_of_range(time: np.ndarray, travel: np.ndarray, moves: float) -> tuple[f
         level = [end for end in ends if noisy and (rest == end).mean() > _AT_END]
         levels.append(float(level[0]) if level else np.nan)
     return levels[0], levels[1]
-
-
-def stop_remark(time: np.ndarray, travel: np.ndarray, segment: Segment) -> str:
-    """Say that travel stops at speed and swings no more, as at the end of a range in noise.
-
-    Args:
-        time, travel: Of the motion, ``(n,)``, ms and mm; NaN where a sample is missing.
-        segment: The motion in its record.
-    """
-    done = np.abs(filled(travel) - segment.before) / segment.stroke
-    near = max(5.0 * white_noise(travel) / segment.stroke, MATTERS)
-    stop = int((done >= 1.0 - near).argmax())
-    marks = time[[int((done >= share).argmax()) for share in _TENTHS]]
-    step = time[1] - time[0]
-    fastest = (0.1 / np.maximum(np.diff(marks), step)).max()
-    speed = (done[stop] - _TENTHS[-1]) / max(time[stop] - marks[-1], step) / fastest
-    off = np.abs(running_mean(done[stop:] - 1.0, _LINE)[_LINE:-_LINE])
-    if speed < _AT_SPEED or near > 4.0 * MATTERS or not off.size or off.max() > 0.7 * near:
-        return ""
-    return Remark("stops-at-speed", at=in_digits(time[stop], 4), share=f"{speed:.0%}")
 
 
 def repeats_remark(time: np.ndarray, travel: np.ndarray) -> str:

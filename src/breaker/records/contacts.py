@@ -12,9 +12,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from breaker.records.fits import running_median
 from breaker.records.motion import LocatedMotion
-from breaker.records.noise import white_noise
+from breaker.records.noise import running_median, white_noise
 from breaker.records.rejections import NotShownError
 from breaker.records.words import holds, label_of, places_of
 
@@ -186,9 +185,9 @@ def times_of(
     # A current falls slowly, not to zero.
     found = signal.counted(signal.least if current is None else _RISE, at, sd)
     rest = _level(contact[sides[0]])[0]
-    main, main_sd, arcing, why = _main(signal, contact, rest, at)
+    main, main_sd, arcing = _main(signal, contact, rest, at)
     if current is None:
-        return _of_range(signal, found, (main, main_sd), (rest, arcing, opened), why)
+        return _of_range(signal, found, (main, main_sd), (rest, arcing, opened))
     at, sd = (at, sd) if np.isfinite(main) else (np.nan, np.nan)
     return found._replace(main=main, main_sd=main_sd, arcing=at, arcing_sd=sd)
 
@@ -198,13 +197,12 @@ def _of_range(
     found: ContactTimes,
     main: tuple[float, float],
     levels: tuple[float, float, float],
-    why: str,
 ) -> ContactTimes:
     """Return the times of a resistance without a current, whose range may end below the arcing
     contact; found is when it leaves or reaches that end.
 
     Args:
-        main, why: Time and sd of the main contact, ms, nan where it is not apart; and why.
+        main: Time and sd of the main contact, ms, nan where it is not apart.
         levels: Logarithms of the closed, the arcing and the open contact.
     """
     rest, arcing, opened = levels
@@ -219,9 +217,9 @@ def _of_range(
     sd = signal.sd(at, 2.0 * max(folds, RESOLVED))
     if apart and opened - arcing > 1.0 and not found.bounces and not jumps:
         return ContactTimes(at, sd, *main, at, sd)
-    if not apart and not why and np.isnan(arcing):  # else ripple may hide the arcing contact
+    if not apart and np.isnan(arcing):  # else ripple may hide the arcing contact
         main = found[:2]
-    why = why or "the arcing contact may conduct beyond the range of the resistance"
+    why = "the arcing contact may conduct beyond the range of the resistance"
     return ContactTimes(main=main[0], main_sd=main[1], why=why)
 
 
@@ -240,9 +238,9 @@ def _of_steps(signal: _Switch) -> ContactTimes:
 
 def _main(
     signal: _Switch, logs: np.ndarray, low: float, counted: float
-) -> tuple[float, float, float, str]:
-    """Return when the main contact touches or separates, and the sd, ms, nan if as one; the level
-    of the arcing contact, nan if there is none; and why the main contact is not seen.
+) -> tuple[float, float, float]:
+    """Return when the main contact touches or separates, and the sd, ms, nan if as one; and the
+    level of the arcing contact, nan if there is none.
 
     Args:
         logs: Logarithms of the resistance, ``(n,)``.
@@ -255,28 +253,25 @@ def _main(
     for _ in logs:  # medians of two groups, first more and less than an e-fold above the lower
         upper = logs > middle
         if upper.all() or not upper.any():
-            return np.nan, np.nan, np.nan, ""
+            return np.nan, np.nan, np.nan
         low, high = float(np.median(logs[~upper])), float(np.median(logs[upper]))
         if middle == 0.5 * (low + high):
             break
         middle = 0.5 * (low + high)
     if not high > low + 1.0:  # a sliding contact wears as much
-        return np.nan, np.nan, high, ""
+        return np.nan, np.nan, high
     # The resistance of an arcing contact rises while it slides: its least one follows the step.
     top = np.exp(max(low + 1.0, np.quantile(logs[logs > middle], 0.1)))
     own = signal._replace(time=signal.time[made], share=(top - np.exp(logs)) / (top - np.exp(low)))
     crossings = own.edges(0.5)
     apart = np.abs(counted - crossings[:1])
     if not (apart > max(_LASTS, *2.0 * np.diff(own.time[:2]))).any():
-        return np.nan, np.nan, high, ""
+        return np.nan, np.nan, high
     at, spread = float(crossings[0]), float(np.ptp(crossings))
-    if spread > _RISE * apart[0]:
-        why = f"the resistance changes levels several times in {spread:.1f} ms"
-        return np.nan, np.nan, high, why
     # The main contact is apart once hardly any of the current flows through it.
     marks = own.edges(_RISE)
     at = float([at, *marks[marks <= at]][-1] if signal.closing else [*marks[marks >= at], at][0])
-    return at, own.sd(at, spread, own.edge(1.0 - _RISE) - at), high, ""
+    return at, own.sd(at, spread, own.edge(1.0 - _RISE) - at), high
 
 
 def _as_travelled(found: ContactTimes, located: LocatedMotion) -> ContactTimes:
@@ -314,8 +309,6 @@ def trigger_of(time: np.ndarray, trigger: np.ndarray, moves: float) -> tuple[flo
         signal = _Switch(time, (smooth - rest) / most, noise / abs(most), True, -np.inf)
         with suppress(NotShownError):
             return signal.open_edge()
-        if signal.share[0] > _RISE and abs(rest + most) > abs(rest):  # the current flows
-            return float(time[0]), RESOLVED
     return np.nan, np.nan
 
 

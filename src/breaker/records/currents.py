@@ -16,7 +16,7 @@ import numpy as np
 
 from breaker.records.axes import seen_quantum
 from breaker.records.contacts import CLEAR, FEWEST, LEAST, RESOLVED, SETTLED, SLOWEST, ContactTimes
-from breaker.records.fits import filled, running_mean
+from breaker.records.noise import filled, running_mean
 from breaker.records.rejections import NotShownError
 
 _MOTOR = 20.0  # ms of means, a period of 50 Hz; those of a coil take a third of a dip

@@ -30,8 +30,11 @@ if TYPE_CHECKING:  # single records are read without xarray
 
 _UNITS = {
     **dict.fromkeys(("first_motion", "contact_time", "contact_sd", "reaction_time"), "ms"),
-    **{"rate": "kHz", "record_noise": "mm", "record_colour": "1"},
+    **{"rate": "kHz", "record_noise": "mm", "record_colour": "1", "travel": "mm", "record": "mm"},
 }
+_MEASURED = "measured", "measured_sd", "measured_reason"
+_OVER = {"travel": ("time",), "record": ("sample",), **dict.fromkeys(_MEASURED, ("quantity",))}
+_MISSING = {"mode": "constant", "constant_values": np.nan}
 _REJECTED = Measured(np.nan, np.nan, "the record was rejected")
 
 
@@ -40,30 +43,23 @@ _FEWEST = 16  # samples of a motion, which is two for each parameter
 
 
 class Grid(NamedTuple):
-    """The model's grid, and the errors that the model takes for granted on it.
-
-    Attributes:
-        times: Times, ``(t,)``, ms around the first motion.
-        noise_sd, zero_sd, onset_sd: Standard deviations of the noise and the zero, mm, and of the
-            first motion, ms; a record whose own is another has a remark. None compares nothing.
+    """The model's grid, and the errors that the model takes for granted on it; a record whose own
+    are others has a remark, and None compares nothing.
     """
 
-    times: np.ndarray
-    noise_sd: float | None = None
-    zero_sd: float | None = None
-    onset_sd: float | None = None
+    times: np.ndarray  # times, (t,), ms around the first motion
+    noise_sd: float | None = None  # standard deviation of the noise, mm,
+    zero_sd: float | None = None  # of the zero, mm,
+    onset_sd: float | None = None  # and of the first motion, ms
 
 
 class Gridded(NamedTuple):
-    """A record on the grid: travel, ``(t,)``, mm, NaN where a sample is missing; its time that is 0
-    on the grid, ms; for which times its rate gives a sample, ``(t,)`` of bool; and the longest time
-    by which a sample is moved, ms, 0 where all are whole.
-    """
+    """A record on the grid."""
 
-    travel: np.ndarray
-    start: float
-    sampled: np.ndarray
-    moved: float
+    travel: np.ndarray  # (t,), mm, NaN where a sample is missing
+    start: float  # its time that is 0 on the grid, ms
+    sampled: np.ndarray  # for which times its rate gives a sample, (t,) of bool
+    moved: float  # longest time by which a sample is moved, ms, 0 where all are whole
 
 
 def on_grid(time: np.ndarray, travel: np.ndarray, times: np.ndarray, moves: float) -> Gridded:
@@ -178,20 +174,24 @@ def read_curves(
 
     records = read_records(operations, settings, grid, motion)
     quantities = quantities_of(motion, speeds, ("record",))
-    rows = [_row(*both) for both in zip(operations, records, strict=True)]
-    found = {name: ("operation", np.array([row[name] for row in rows])) for name in rows[0]}
-    found |= {name: (*found[name], {"unit": unit}) for name, unit in _UNITS.items()}
-    found |= _arrays(records, grid, quantities, speeds)
-    of_quantities = {
-        "quantity": list(quantities),
-        "quantity_unit": ("quantity", [each.unit for each in quantities.values()]),
-    }
+    about = grid.times.shape, quantities, speeds
+    rows = [_row(*both, *about) for both in zip(operations, records, strict=True)]
+    longest = max(row["record"].size for row in rows)
+    for row in rows:
+        row["record"] = np.pad(row["record"], (0, longest - row["record"].size), **_MISSING)
+    variables = {}
+    for name in rows[0]:
+        values = np.array([row[name] for row in rows])
+        unit = {"unit": _UNITS[name]} if name in _UNITS else {}
+        variables[name] = ("operation", *_OVER.get(name, ())), values, unit
     coordinates = {
-        "operation": [each.number for each in operations],
+        "operation": [operation.number for operation in operations],
         "time": ("time", grid.times, {"unit": "ms"}),
-        "sample": np.arange(found["record"][1].shape[1]),
+        "sample": np.arange(longest),
+        "quantity": list(quantities),
+        "quantity_unit": ("quantity", [quantity.unit for quantity in quantities.values()]),
     }
-    return xr.Dataset(found, coordinates | of_quantities, {"motion": motion})
+    return xr.Dataset(variables, coordinates, {"motion": motion})
 
 
 def read_records(
@@ -235,47 +235,33 @@ def put_on_grid(record: Record, grid: Grid) -> GriddedRecord:
     return GriddedRecord(record, gridded, noise, tuple(filter(None, (record.warning, *remarks))))
 
 
-def _row(operation: Operation, result: GriddedRecord | RejectedCurveError) -> dict:
-    """Return the values of a record over ``operation``, by name."""
+def _row(
+    operation: Operation,
+    result: GriddedRecord | RejectedCurveError,
+    shape: tuple[int],
+    quantities: Collection[str],
+    speeds: Sequence[Speed],
+) -> dict:
+    """Return the values of a record by the names of the dataset, on a grid of a shape."""
     accepted = isinstance(result, GriddedRecord)
     row = {"accepted": accepted, "file": printable(operation.file)}
     row |= {"reason": "" if accepted else str(result), "remarks": "", "masked": 0}
-    row |= dict.fromkeys(_UNITS, np.nan)
+    row |= dict.fromkeys(_UNITS, np.nan) | {"travel": np.full(shape, np.nan)}
+    row |= {"record": np.full(1, np.nan, np.float32), "missing": shape[0]}
+    measured = dict.fromkeys(quantities, _REJECTED)
     if accepted:
         record, start = result.record, result.gridded.start
-        operation, contact = record.operation, record.contact
+        operation, contact, travel = record.operation, record.contact, result.gridded.travel
         row |= {"remarks": "; ".join(result.remarks), "masked": record.masked}
         row |= {"first_motion": start, "reaction_time": record.moves - contact.trigger}
         row |= {"contact_time": contact.time - start, "contact_sd": contact.sd}
-        row |= {"rate": 1.0 / record.step}
+        row |= {"rate": 1.0 / record.step, "travel": travel}
+        row |= {"record": record.left.astype(np.float32), "missing": np.isnan(travel).sum()}
         row["record_noise"], row["record_colour"] = record.process
+        measured = record.measured(speeds)
+    for place, name in enumerate(_MEASURED):
+        row[name] = [measured[quantity][place] for quantity in quantities]
     return row | {name: getattr(operation, name) for name in ABOUT}
-
-
-def _arrays(
-    results: Sequence[GriddedRecord | RejectedCurveError],
-    grid: Grid,
-    quantities: Collection[str],
-    speeds: Sequence[Speed],
-) -> dict[str, tuple]:
-    """Return what records have over times, samples and quantities, by name."""
-    read = {i: each for i, each in enumerate(results) if isinstance(each, GriddedRecord)}
-    longest = max((each.record.left.size for each in read.values()), default=1)
-    travel = np.full((len(results), len(grid.times)), np.nan)
-    samples = np.full((len(results), longest), np.nan, np.float32)
-    measured = [dict.fromkeys(quantities, _REJECTED)] * len(results)
-    for i, each in read.items():
-        travel[i], measured[i] = each.gridded.travel, each.record.measured(speeds)
-        samples[i, : each.record.left.size] = each.record.left
-    found = {
-        "travel": (("operation", "time"), travel, {"unit": "mm"}),
-        "record": (("operation", "sample"), samples, {"unit": "mm"}),
-        "missing": ("operation", np.isnan(travel).sum(axis=1)),
-    }
-    for place, name in enumerate(("measured", "measured_sd", "measured_reason")):
-        values = [[row[quantity][place] for quantity in quantities] for row in measured]
-        found[name] = ("operation", "quantity"), np.array(values)
-    return found
 
 
 def open_curves(stores: Sequence[str | Path], *, without: Collection[str] = ()) -> "xr.Dataset":

@@ -50,19 +50,12 @@ _INEXACT = 3.5  # times the variance, since no start has exactly one of these sh
 
 
 class _Rise:
-    """The largest rise of a record above its rest shortly before.
-
-    Attributes:
-        time, travel: As of ``first_motion``; travel rises.
-        smooth: Its running median, ``(t,)``.
-        noise: Standard deviation of its noise, mm.
-        way: Height of the rise, mm.
-        low, spread: Median of the rest before, which may drift, and its spread, mm.
-        duration: About how long the motion takes, ms.
+    """The largest rise of a record above its rest shortly before: its height ``way``, mm, about how
+    long the motion takes, the median ``low`` of the rest before, which may drift, and its spread.
     """
 
     def __init__(self, time: np.ndarray, travel: np.ndarray, motion: str) -> None:
-        self.time, self.travel = time, travel if motion == "closing" else -travel
+        self.time, self.travel = time, travel if motion == "closing" else -travel  # it rises
         self.smooth = smooth = Course(time, self.travel).smooth
         noise = max(white_noise(travel), _spread(self.travel - smooth))
         self.noise = max(noise, seen_quantum(travel) / np.sqrt(12.0))
@@ -178,18 +171,12 @@ def _start(time: np.ndarray, travel: np.ndarray, variance: float) -> tuple[float
 
 
 class StartInterval(NamedTuple):
-    """When a drive begins to move.
+    """When a drive begins to move."""
 
-    Attributes:
-        time: Mean of the possible times, ms.
-        early, late: Ends of an interval that contains it with 95 %, ms.
-        duration: About how long the motion takes, ms.
-    """
-
-    time: float
-    early: float
+    time: float  # mean of the possible times, ms
+    early: float  # ends of an interval that contains it with 95 %, ms
     late: float
-    duration: float
+    duration: float  # about how long the motion takes, ms
 
     def sd_of(self, time: float) -> float:
         """Return the standard deviation by which 95 % around a time contain the interval, ms."""

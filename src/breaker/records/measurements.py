@@ -36,11 +36,10 @@ _AFTER = 8.0  # times that, farthest rest after it,
 _LAST = 1 / 3  # of which this share counts
 _TAIL = 0.7  # share of the time after the arrival in which a rest that moves is looked at
 _PARTS = 4  # of the rest after a motion, whose means are compared
-_STILL = 16.0  # sum of squares of these, in sds, up to which a drive rests: chance of 1e-3
 _DRIFTS = 0.6  # times the way that a drift goes on, its error
 _LATE = 0.6  # share of the time after the arrival in which it is looked for
 _CALMS = 2.0  # times the duration, for which a drive may swing
-_CREEPS = 2.0  # times the way seen in the last rest, its error
+_CREEPS, _HIDES = 2.0, 0.5  # times the way in the last rest, its error: of motion, of noise
 _FITTED = 0.2  # of a swing, the error of the rest about which it does, where that is fitted
 _UNSEEN, _FADES = 0.12, 2.2  # strokes of a swing that turns there, and how fast it fades, durations
 # Share of its speed that a drive loses at once where it picks the contact up, and its sd: none if
@@ -57,17 +56,11 @@ _CLIPPED = "the reading is at the end of the sensor's range"
 
 
 class Measured(NamedTuple):
-    """A quantity of a record.
+    """A quantity of a record."""
 
-    Attributes:
-        value: In the quantity's unit; NaN if the record does not show it.
-        sd: Standard deviation of its error.
-        reason: Why there is no value, "" if there is one.
-    """
-
-    value: float
-    sd: float
-    reason: str
+    value: float  # in the quantity's unit; NaN if the record does not show it
+    sd: float  # standard deviation of its error
+    reason: str  # why there is no value, "" if there is one
 
 
 _UNKNOWN = ContactTimes()
@@ -116,18 +109,12 @@ def measure_curve(
 
 @dataclass(eq=False)
 class Reading:
-    """What is read of the part of a record that is one motion.
+    """What is read of the part of a record that is one motion."""
 
-    Attributes:
-        located: That motion.
-        contact: When the contact touched or parted, and the trigger came.
-        speeds: Definitions of the speeds.
-        currents: Currents of coil and motor, and the resistance of the contact.
-    """
-
-    located: LocatedMotion
-    contact: ContactTimes = _UNKNOWN
-    speeds: Sequence[Speed] = SPEEDS
+    located: LocatedMotion  # that motion
+    contact: ContactTimes = _UNKNOWN  # when the contact touched or parted, and the trigger came
+    speeds: Sequence[Speed] = SPEEDS  # definitions of the speeds
+    # currents of coil and motor, and the resistance of the contact
     currents: Currents = _NO_CURRENTS
 
     def __post_init__(self) -> None:
@@ -216,17 +203,16 @@ class Reading:
         after = (end - self.arrival) / self.duration
         if not parts or after < _SOON:
             raise NotShownError("the record ends before the drive rests")
+        error = _DRIFTS * self._drift * (end - self.located.moves)
+        error += _UNSEEN * self.located.segment.stroke * math.exp(-_FADES * after)
         way = float(np.ptp([part.value for part in parts]))
         swings = max(0.0, way - _SEEN * trace.sd(parts[-1] - parts[0]))
-        drifts = _DRIFTS * self._drift * (end - self.located.moves)
-        drifts += _UNSEEN * self.located.segment.stroke * math.exp(-_FADES * after)
-        found = trace.settles(self._late(_TAIL), end, self.arrival)
-        if found is not None:
-            return found + error_of(0.0, _FITTED * swings + drifts)
-        off = [part - trace.rest(begin, end) for part in parts]
-        if sum((each.value / max(trace.sd(each), 1e-12)) ** 2 for each in off) <= _STILL:
-            found, way = trace.still(begin, end, self.arrival), 0.0
-        return (found or parts[-1]) + error_of(0.0, math.hypot(_CREEPS * way, swings + drifts))
+        rest = trace.settles(self._late(_TAIL), end, self.arrival)
+        if rest is not None:
+            return rest + error_of(0.0, error + _FITTED * swings)
+        if swings:
+            return parts[-1] + error_of(0.0, math.hypot(error, _CREEPS * way))
+        return trace.rest(begin, end) + error_of(0.0, math.hypot(error, _HIDES * way))
 
     def _late(self, share: float, samples: float = 0.0) -> float:
         """Return when a last share of the time after the arrival begins, ms, or so many samples."""

@@ -11,8 +11,15 @@ from functools import cached_property
 import numpy as np
 
 from breaker.common.numerals import in_digits
-from breaker.records.fits import smoothed
-from breaker.records.noise import REST, Noise, hum_of, noise_at_rest, ripple_of, white_noise
+from breaker.records.noise import (
+    REST,
+    Noise,
+    hum_of,
+    noise_at_rest,
+    ripple_of,
+    smoothed,
+    white_noise,
+)
 from breaker.records.rejections import (
     FEWEST,
     MATTERS,
@@ -30,23 +37,15 @@ _SLOW = 2 / 3  # of the greatest speed: below, touch or damper act, and the forc
 
 @dataclass(frozen=True)
 class Segment:
-    """The part of a record that belongs to one motion.
+    """The part of a record that belongs to one motion."""
 
-    Attributes:
-        begin: First sample: that of the record, or the first after an earlier motion.
-        end: The sample after the last: the end of the record, or before the travel goes back.
-        before: Median travel at rest before the motion, mm.
-        after: Median travel after the motion, mm; of a drive that does not arrive, the farthest.
-        speed: At the end, over the greatest one; 0 if the travel goes back.
-        back: About when the travel goes back, ms; nan if it does not.
-    """
-
-    begin: int
-    end: int
-    before: float
+    begin: int  # first sample: that of the record, or the first after an earlier motion
+    end: int  # the sample after the last: the end of the record, or before the travel goes back
+    before: float  # median travel at rest before the motion, mm
+    # median travel after the motion, mm; of a drive that does not arrive, the farthest
     after: float
-    speed: float
-    back: float
+    speed: float  # at the end, over the greatest one; 0 if the travel goes back
+    back: float  # about when the travel goes back, ms; nan if it does not
 
     @property
     def arrived(self) -> bool:
@@ -61,15 +60,10 @@ class Segment:
 
 @dataclass(eq=False)
 class Course:
-    """A reading along a record: without noise and bursts, and its motions.
+    """A reading along a record: without noise and bursts, and its motions."""
 
-    Attributes:
-        time: Times, ``(t,)``, ms, evenly spaced.
-        reading: In any unit, ``(t,)``; NaN where a sample is missing.
-    """
-
-    time: np.ndarray
-    reading: np.ndarray
+    time: np.ndarray  # times, (t,), ms, evenly spaced
+    reading: np.ndarray  # in any unit, (t,); NaN where a sample is missing
 
     @cached_property
     def noise(self) -> float:
@@ -230,27 +224,16 @@ def find_segment(
 
 @dataclass(frozen=True)
 class LocatedMotion:
-    """A motion in its record.
+    """A motion in its record."""
 
-    Attributes:
-        motion: "closing" or "opening".
-        time: Times of the whole record, ``(n,)``, ms.
-        whole: Its travel, ``(n,)``, mm towards closed, doubtful samples among them.
-        doubts: Kind of each doubtful sample, ``(n,)`` of text; "" where nothing is doubtful.
-        quantum: Step of the reading, mm; 0 where it is fine.
-        segment: The part that is the motion.
-        moves: Time of the first motion, ms.
-        moves_sd: Standard deviation of its fit, ms.
-    """
-
-    motion: str
-    time: np.ndarray
-    whole: np.ndarray
-    doubts: np.ndarray
-    quantum: float
-    segment: Segment
-    moves: float
-    moves_sd: float
+    motion: str  # "closing" or "opening"
+    time: np.ndarray  # times of the whole record, (n,), ms
+    whole: np.ndarray  # its travel, (n,), mm towards closed, doubtful samples among them
+    doubts: np.ndarray  # kind of each doubtful sample, (n,) of text; "" where nothing is doubtful
+    quantum: float  # step of the reading, mm; 0 where it is fine
+    segment: Segment  # the part that is the motion
+    moves: float  # time of the first motion, ms
+    moves_sd: float  # standard deviation of its fit, ms
 
     @property
     def inside(self) -> slice:

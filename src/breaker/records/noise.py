@@ -11,6 +11,7 @@ import numpy as np
 from breaker.common.numerals import in_digits
 from breaker.records.rejections import FEWEST, MATTERS, Remark, normal_sds
 
+_TOGETHER = 2**18  # samples in windows whose medians are computed at once: 2 MB
 _RATIOS = 0.5, 1.15  # of the noise to noise_sd, beyond which parameters and their sds are wrong
 _ALIKE = 0.2  # correlation from which it matters
 _COLOURED = 0.95  # most correlation of neighbours that a short rest lets one see
@@ -32,19 +33,12 @@ OF_SECOND = 1.0 / (0.6745 * 6.0**0.5)
 
 
 class Noise(NamedTuple):
-    """Noise of a record; nan where there is too little rest to see it.
+    """Noise of a record; nan where there is too little rest to see it."""
 
-    Attributes:
-        sd: Standard deviation of a sample about the drift, mm.
-        colour: Correlation of samples that are a step of the model's grid apart.
-        next: Correlation of neighbouring samples of the file.
-        samples: Number of samples at rest.
-    """
-
-    sd: float
-    colour: float
-    next: float
-    samples: int
+    sd: float  # standard deviation of a sample about the drift, mm
+    colour: float  # correlation of samples that are a step of the model's grid apart
+    next: float  # correlation of neighbouring samples of the file
+    samples: int  # number of samples at rest
 
     @property
     def process(self) -> tuple[float, float]:
@@ -189,3 +183,46 @@ def ripple_of(way: np.ndarray, stroke: float) -> float:
         found.append((best, amplitude))
     (first, amplitude), (second, _) = found
     return amplitude * stroke / np.sqrt(2.0) if abs(first - second) <= 2 else 0.0
+
+
+def filled(travel: np.ndarray) -> np.ndarray:
+    """Return samples with straight lines where some are missing, ``(n,)``."""
+    there = np.flatnonzero(~np.isnan(travel))
+    return np.interp(np.arange(travel.size), there, travel[there])
+
+
+def smoothed(travel: np.ndarray, half: int) -> np.ndarray:
+    """Return the running median over so many samples before and after each, ``(n,)``.
+
+    Straight lines replace missing samples. The first and last full window stand for the ends.
+    """
+    smooth = running_median(filled(travel), 2 * half + 1)
+    if smooth.size > 2 * half:
+        smooth[:half], smooth[-half:] = smooth[half], smooth[-half - 1]
+    return smooth
+
+
+def running_median(values: np.ndarray, window: int) -> np.ndarray:
+    """Return medians of an odd number of samples about each of ``(n,)``, without NaN.
+
+    ``scipy.ndimage`` has one as well, which takes a quarter of a first answer to load.
+    """
+    half, medians = window // 2, np.empty(values.size)
+    windows = np.lib.stride_tricks.sliding_window_view(np.pad(values, half, mode="edge"), window)
+    rows = max(1, _TOGETHER // window)
+    for begin in range(0, values.size, rows):
+        block = np.partition(windows[begin : begin + rows], half, axis=1)
+        medians[begin : begin + rows] = block[:, half]
+    return medians
+
+
+def running_mean(values: np.ndarray, window: int) -> np.ndarray:
+    """Return means of an odd number of samples about each of ``(n,)``.
+
+    Example:
+        >>> running_mean(np.array([0.0, 3.0, 6.0, 9.0]), 3)
+        array([1., 3., 6., 8.])
+    """
+    half = window // 2
+    total = np.cumsum(np.pad(values - values[0], (half + 1, half), mode="edge"))
+    return values[0] + (total[window:] - total[:-window]) / window

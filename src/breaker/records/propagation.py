@@ -9,10 +9,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import count, pairwise
+from typing import NamedTuple
 
 import numpy as np
 
-from breaker.records.fits import LocalCubic, filled, hidden_mode, running_mean, settling
+from breaker.records.noise import filled, running_mean
 from breaker.records.rejections import FEWEST, NotShownError
 
 FEW = 6
@@ -28,20 +29,167 @@ _CREEP, _LASTS, _HIDDEN = 0.03, (1.0, 2.0, 4.0), 0.06
 _VAGUE = 0.01  # strokes, the sd of a rest that is too uncertain
 _SLIP = 0.7  # times a slip, its error: any part of it may be travel
 _NUMBERS = count()  # of errors
+_BLOCKS = 64  # means of neighbouring samples that are fitted
+_ROUNDS = 5
+_FARTHEST = 5.0  # change of a rate in a round
+_CONDITION = 1e3  # of a fit whose end is known
+
+
+@dataclass(eq=False)
+class LocalCubic:
+    """Cubic through the samples about a time."""
+
+    near: float  # the time, ms
+    half: float  # half of the width, ms
+    shares: np.ndarray  # times of samples from near on, over half, (w,)
+    travel: np.ndarray  # of these, (w,), mm
+    window: np.ndarray  # their places, (w,)
+    error: float  # of the fit itself, mm
+
+    def __post_init__(self) -> None:
+        powers = self.shares[:, None] ** np.arange(4)
+        self._inverse = np.linalg.solve(powers.T @ powers, powers.T)
+        self._coefficients = self._inverse @ self.travel
+
+    def _basis(self, time: float, order: int) -> np.ndarray:
+        u = (time - self.near) / self.half
+        rows = (1.0, u, u * u, u**3), (0.0, 1.0, 2.0 * u, 3.0 * u * u), (0.0, 0.0, 2.0, 6.0 * u)
+        return np.array(rows[order]) / self.half**order
+
+    def value(self, time: float, order: int = 0) -> float:
+        """Return the value or a derivative, mm/ms^order."""
+        return float(self._basis(time, order) @ self._coefficients)
+
+    def weights(self, time: float, order: int = 0) -> np.ndarray:
+        """Return the weights of the samples in that value, ``(w,)``."""
+        return self._basis(time, order) @ self._inverse
+
+    def solve(self, time: float, value: float, order: int = 0) -> float:
+        """Return the time in the window, near another, at which the fit has a value."""
+        for _ in range(6):  # of Newton's method, which doubles the digits
+            slope = self.value(time, order + 1)
+            step = (self.value(time, order) - value) / slope if slope else 0.0
+            time = min(max(time - step, self.near - self.half), self.near + self.half)
+        return time
+
+
+class Settling(NamedTuple):
+    """End of a curve, carried on."""
+
+    rest: float  # where it comes to rest, mm
+    weights: np.ndarray  # of the samples in that, (n,)
+    time: np.ndarray  # means of neighbouring samples that are fitted, (m,), ms
+    travel: np.ndarray  # the same, mm
+    known: np.ndarray  # what is fitted to these, (m, p): constant, modes, slopes by their rates
+    pull: np.ndarray  # weights of these means in the rest, (m,)
+
+
+def settling(time: np.ndarray, travel: np.ndarray, modes: int) -> Settling | None:
+    """Fit the end of a curve; None where it does not show where it settles.
+
+    One mode is left late in a motion, ``y = e + a C(x) + b S(x)``, a damped swing or the sum of two
+    decays, of which the faster may be over. First its damping and stiffness follow from the
+    integrals of ``y'' + r y' + s (y - e) = 0``, which are linear in them and average the noise;
+    then all numbers are fitted by Gauss-Newton.
+
+    Args:
+        time: Times, ``(n,)``, ms, increasing.
+        travel: Travel, ``(n,)``, mm; no sample missing.
+        modes: 2; 1 for a slower decay alone.
+    """
+    every = max(1, time.size // _BLOCKS)
+    skipped = time.size % every
+    time, y = (each[skipped:].reshape(-1, every).mean(axis=1) for each in (time, travel))
+    if y.size < 2:
+        return None
+    x = (time - time[0]) / (time[-1] - time[0])
+    once = _integral(x, y)
+    integrals = [once, _integral(x, once)][:modes]
+    known = np.column_stack([x**i for i in range(modes + 1)] + [-each for each in integrals])
+    rates = np.linalg.lstsq(known, y, rcond=None)[0][modes + 1 :]  # r, and s
+    linear = None
+    for _ in range(_ROUNDS):
+        if not (rates > 0).all():
+            return None
+        basis, slopes = _solutions(x, rates)
+        if linear is None:
+            linear = np.linalg.lstsq(basis, y, rcond=None)[0]
+        jacobian = np.column_stack([basis, *(each @ linear[1:] for each in slopes)])
+        scale = np.linalg.norm(jacobian, axis=0)
+        if not (scale > 0).all():
+            return None
+        root = np.linalg.svd(jacobian / scale, full_matrices=False)
+        if not root.S[0] < _CONDITION * root.S[-1]:
+            return None
+        inverse = (root.Vh.T / root.S) @ root.U.T / scale[:, None]
+        step = inverse @ (y - basis @ linear)
+        linear = linear + step[: modes + 1]
+        rates = rates + np.clip(step[modes + 1 :], -_FARTHEST, _FARTHEST)
+    weights = np.append(np.zeros(skipped), np.repeat(inverse[0], every) / every)
+    return Settling(float(linear[0]), weights, time, y, jacobian, inverse[0])
+
+
+def hidden_mode(
+    found: Settling, modes: np.ndarray, *, variance: float, size: float, share: float
+) -> float:
+    """Return the error of a fit's rest from a mode that it lacks, mm: what noise may hide.
+
+    Each mode has the probability that travel gives it (evidence of a linear model), and with it
+    an amplitude and its error. The root mean square of what these do to the rest is returned.
+
+    Args:
+        found: The fit.
+        modes: One of them may be there, ``(c, m)``; they end at 0.
+        variance: Of the noise of each mean, mm^2.
+        size: Sd of the amplitude of a mode, before it is seen, mm.
+        share: Probability that there is one, before it is seen.
+    """
+    basis, y = np.linalg.qr(found.known)[0], found.travel
+    left, others = y - basis @ (basis.T @ y), modes - (modes @ basis) @ basis.T
+    precision = (others**2).sum(axis=1) / variance + size**-2.0
+    sizes = others @ left / variance / precision
+    evidence = 0.5 * (sizes**2 * precision - np.log(size**2 * precision))
+    evidence = np.append(evidence + np.log(share / len(modes)), np.log1p(-share))
+    each = np.exp(evidence - evidence.max())
+    moves = (modes @ found.pull) ** 2 * (sizes**2 + 1.0 / precision)
+    return float(np.sqrt(each[:-1] @ moves / each.sum()))
+
+
+def _integral(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """Integral of samples from the first on, by trapezia, ``(n,)``."""
+    return np.append(0.0, np.cumsum(0.5 * (y[1:] + y[:-1]) * np.diff(x)))
+
+
+def _solutions(x: np.ndarray, rates: np.ndarray) -> tuple[np.ndarray, list[np.ndarray]]:
+    """Constant and the solutions of ``y'' + r y' + s y = 0``, or of ``y' + r y = 0``.
+
+    Returns:
+        Constant and solutions, ``(n, order + 1)``; and derivatives of these by each rate,
+        ``(n, order)``.
+    """
+    if rates.size == 1:
+        decay = np.exp(-rates[0] * x)
+        return np.column_stack([np.ones(x.size), decay]), [-(x * decay)[:, None]]
+    r, s = rates
+    square = s - r**2 / 4.0
+    square = square if abs(square) > 1e-6 else 1e-6
+    frequency = np.sqrt(complex(square))
+    decay = np.exp(-0.5 * r * x)
+    cosine = decay * np.cos(frequency * x).real
+    sine = decay * (np.sin(frequency * x) / frequency).real
+    both = np.column_stack([cosine, sine])
+    by_s = np.column_stack([-0.5 * x * sine, (x * cosine - sine) / (2.0 * square)])
+    by_r = -0.5 * x[:, None] * both - 0.5 * r * by_s
+    return np.column_stack([np.ones(x.size), both]), [by_r, by_s]
 
 
 @dataclass(frozen=True, eq=False)
 class Uncertain:
-    """A value with its slopes.
+    """A value with its slopes."""
 
-    Attributes:
-        value: The value.
-        slope: By each sample of the curve, ``(n,)``.
-        errors: By each further error, in its standard deviations, by number.
-    """
-
-    value: float
-    slope: np.ndarray | float
+    value: float  # the value
+    slope: np.ndarray | float  # by each sample of the curve, (n,)
+    # by each further error, in its standard deviations, by number
     errors: Mapping[int, float] = field(default_factory=dict)
 
     def __add__(self, other: "Uncertain | float") -> "Uncertain":
@@ -71,28 +219,18 @@ def error_of(value: float, sd: float) -> Uncertain:
 
 @dataclass(eq=False)
 class Trace:
-    """A curve of one motion, in its direction.
+    """A curve of one motion, in its direction."""
 
-    Attributes:
-        time: Times, ``(n,)``, ms, evenly spaced.
-        travel: Travel in the direction of the motion, ``(n,)``, mm; NaN where a sample is missing.
-        noise: Standard deviation of the noise of a sample, rounding included, mm.
-        colour: Correlation of the noise of neighbouring samples.
-        quantum: Step of the reading, mm; 0 where it is fine.
-        duration: About how long the motion takes, ms.
-        stroke: About its distance, mm.
-        ripple: Root mean square of a ripple of the reading while the drive moves, mm.
-        slips: Samples from which on the reading is off by an unknown part of so many mm.
-    """
-
-    time: np.ndarray
+    time: np.ndarray  # times, (n,), ms, evenly spaced
+    # travel in the direction of the motion, (n,), mm; NaN where a sample is missing
     travel: np.ndarray
-    noise: float
-    colour: float
-    quantum: float
-    duration: float
-    stroke: float
-    ripple: float = 0.0
+    noise: float  # standard deviation of the noise of a sample, rounding included, mm
+    colour: float  # correlation of the noise of neighbouring samples
+    quantum: float  # step of the reading, mm; 0 where it is fine
+    duration: float  # about how long the motion takes, ms
+    stroke: float  # about its distance, mm
+    ripple: float = 0.0  # root mean square of a ripple of the reading while the drive moves, mm
+    # samples from which on the reading is off by an unknown part of so many mm
     slips: Sequence[tuple[int, float]] = ()
 
     def __post_init__(self) -> None:
@@ -148,6 +286,9 @@ class Trace:
     def settles(self, begin: float, end: float, arrival: float) -> Uncertain | None:
         """Return where travel that still moves between two times comes to rest, None if unseen.
 
+        Its error has that of a creep that noise may hide; the opening strokes of `breaker example`
+        would be 5 of their sds below the closing ones without it.
+
         Args:
             begin, end: Those times, ms.
             arrival: When the drive arrived, ms.
@@ -155,32 +296,17 @@ class Trace:
         window = self._window(begin, end)
         if window.size < FEWEST:
             return None
-        for modes in (2, 1):
-            rest = self._carried(window, arrival, modes)
-            if rest is not None:
-                return rest if self.sd(rest) <= _VAGUE * self.stroke else None
-        return None
-
-    def still(self, begin: float, end: float, arrival: float) -> Uncertain:
-        """Return the mean travel between two times, at rest but for a creep that noise may hide.
-
-        Raises:
-            NotShownError: If there is no sample.
-        """
-        return self._carried(self._window(begin, end), arrival, 0) or self.rest(begin, end)
-
-    def _carried(self, window: np.ndarray, arrival: float, modes: int) -> Uncertain | None:
-        """Rest of a curve with so many modes, and its error from a creep that noise may hide."""
-        found = settling(self.time[window], self.travel[window], modes)
-        if found is None:
+        fits = (settling(self.time[window], self.travel[window], modes) for modes in (2, 1))
+        fitted = next((fit for fit in fits if fit is not None), None)
+        if fitted is None:
             return None
-        late = (found.time - arrival) / self.duration
+        late = (fitted.time - arrival) / self.duration
         creeps = np.exp(-late / np.array(_LASTS)[:, None])
-        variance = max(self.alike * self.noise**2 * found.time.size / window.size, 1e-12)
+        variance = max(self.alike * self.noise**2 * fitted.time.size / window.size, 1e-12)
         about = {"variance": variance, "size": _CREEP * self.stroke, "share": _HIDDEN}
-        hidden = hidden_mode(found, creeps, **about)
-        rest = self._of(found.rest, window, found.weights)
-        return rest + error_of(0.0, math.hypot(self._rounding(), hidden))
+        error = math.hypot(self._rounding(), hidden_mode(fitted, creeps, **about))
+        rest = self._of(fitted.rest, window, fitted.weights) + error_of(0.0, error)
+        return rest if self.sd(rest) <= _VAGUE * self.stroke else None
 
     def at(self, time: Uncertain) -> Uncertain:
         """Return the travel at a time."""
@@ -190,23 +316,13 @@ class Trace:
         return travel + moved + error_of(0.0, math.hypot(fit.error, self.ripple))
 
     def at_corner(self, time: Uncertain, lost: float, sd: float) -> Uncertain:
-        """Return the travel at a time at which a share of the speed is lost at once.
+        """Return the travel at a time at which a share of the speed is lost at once, with an sd.
 
-        Args:
-            lost, sd: What is known of this share beforehand; samples tell it where noise is low.
+        A local cubic rounds a corner off, by 3/32 of the change of its slope over half its width.
         """
         fit = self._fit(time.value)
-        speed = fit.value(time.value, 1)
-        after = (self.time[fit.window] - time.value) / self.half
-        change = -speed * self.half  # of the slope by the corner, if all of the speed were lost
-        known = max(self.noise, 1e-9) * math.sqrt(self.alike) / max(abs(sd * change), 1e-9)
-        basis = np.column_stack([after[:, None] ** np.arange(4), np.maximum(after, 0.0)])
-        *weights, prior = np.linalg.pinv(np.vstack([basis, [0.0, 0.0, 0.0, 0.0, known]]))[0]
-        prior *= known * change
-        travel = float(np.dot(weights, self.travel[fit.window])) + prior * lost
-        error = math.hypot(fit.error, self.ripple, prior * sd)
-        moved = (time + -time.value) * speed
-        return self._of(travel, fit.window, np.array(weights)) + moved + error_of(0.0, error)
+        change = 3.0 / 32.0 * fit.value(time.value, 1) * fit.half
+        return self.at(time) + error_of(change * lost, change * sd)
 
     def reaches(
         self, level: Uncertain, after: float = -math.inf, *, before: float | None = None
@@ -285,4 +401,4 @@ class Trace:
         travel, shares = self.travel[window], (window - centre) * self.step / half
         bend = _BEND * self.stroke * (half / self.duration) ** 2
         error = math.hypot(self._rounding(float(np.std(travel))), bend)
-        return LocalCubic(self.time[centre], half, shares, travel, window, error)
+        return LocalCubic(float(self.time[centre]), half, shares, travel, window, error)

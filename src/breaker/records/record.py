@@ -19,7 +19,6 @@ from breaker.records.checks import (
     of_no_drive,
     repeats_remark,
     rest_remark,
-    stop_remark,
     unsteady_remark,
 )
 from breaker.records.contacts import ContactTimes
@@ -36,24 +35,15 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Record(LocatedMotion):
-    """One motion of a record.
+    """One motion of a record."""
 
-    Attributes:
-        operation: Operation of the record, with the settings that its file states.
-        settings: The section ``endurance.format``, complete, with those of the operation.
-        rest: Reading of the open breaker, mm; it is subtracted on a grid.
-        contact: Times of the contact and of the trigger.
-        currents: Currents of the coil and of the motor, and the resistance of the contact.
-        file_remarks: Remarks on the file.
-        warning: Contradiction between the file's own statements and how it was read; "" is none.
-    """
-
-    operation: Operation
-    settings: Mapping
-    rest: float
-    contact: ContactTimes
-    currents: Currents
-    file_remarks: tuple[str, ...]
+    operation: Operation  # operation of the record, with the settings that its file states
+    settings: Mapping  # the section endurance.format, complete, with those of the operation
+    rest: float  # reading of the open breaker, mm; it is subtracted on a grid
+    contact: ContactTimes  # times of the contact and of the trigger
+    currents: Currents  # currents of the coil and of the motor, and the resistance of the contact
+    file_remarks: tuple[str, ...]  # remarks on the file
+    # contradiction between the file's own statements and how it was read; "" is none
     warning: str = ""
 
     @property
@@ -74,7 +64,6 @@ class Record(LocatedMotion):
         remarks = [
             *self.file_remarks,
             of_no_drive(self.motion, time, done, self.segment.stroke),
-            stop_remark(time, self.left, self.segment),
             repeats_remark(time, self.left),
             rest_remark(self.segment, self.settings, self.motion, zero_sd),
             doubts_in_words(self.time, self.doubts),

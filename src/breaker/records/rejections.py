@@ -18,7 +18,7 @@ def normal_sds(count: int) -> float:
     return -NormalDist().inv_cdf(0.5 * FALSE / max(count, 1))
 
 
-DISTURBED = {"hum", "no-drive", "range-ends", "repeats", "stops-at-speed", "unsteady"}
+DISTURBED = {"hum", "no-drive", "range-ends", "repeats", "unsteady"}
 """Codes of remarks without which no value of the record should be read."""
 
 TEXTS = {
@@ -27,8 +27,6 @@ TEXTS = {
     "or unit of the time, and the unit or ratio of the travel",
     "range-ends": "at one rest the reading is at exactly {level} mm, too often for its noise: the "
     "range of the transducer ends within the stroke",
-    "stops-at-speed": "the travel stops at {at} ms at {share} of its greatest speed, and swings no "
-    "more: does the range of the transducer end within the stroke?",
     "repeats": "the readings from {first} ms on come again from {again} ms on: were samples stored "
     "twice, or did the reading stick?",
     "unsteady": "at rest the reading moves by {way} mm: is there a drift or a vibration?",
