@@ -39,18 +39,12 @@ def test_a_coil_is_read_as_its_circuit_made_it():
     rng, clean, errors = np.random.default_rng(1), coil(), []
     truth = {"coil_current": clean.max()}  # that of the rise, at 50 ms
     truth |= {"coil_dip_time": DIP - TRIGGER, "coil_off_time": OFF - TRIGGER}
-    for _ in range(100):
-        read = currents(clean + 0.01 * PEAK * rng.standard_normal(TIME.size))
+    for k in range(100):
+        values = clean + 0.01 * PEAK * rng.standard_normal(TIME.size)
+        read = currents(0.2 + (-1.0) ** k * values)  # of any sign and offset
         found = {name: getattr(read, name)() for name in truth}
         errors.append([(value - truth[name]) / sd for name, (value, sd) in found.items()])
     assert np.mean(np.square(errors), axis=0).max() < 2.0
-
-
-@pytest.mark.parametrize(("sign", "depth"), [(1, 0.4), (-1, 0.2)])
-def test_a_dip_of_any_depth_and_sign(sign, depth):
-    found, sd = currents(sign * coil(depth=depth) + 0.2).coil_dip_time()
-    assert found == pytest.approx(DIP - TRIGGER, abs=0.4)
-    assert 0.0 < sd < 0.5
 
 
 NOISE = 0.02 * np.random.default_rng(2).standard_normal(TIME.size)

@@ -106,16 +106,6 @@ def test_it_is_as_good_for_any_stroke_and_speed(records, far, slow):
     assert np.abs(error).max() < 0.8
 
 
-@pytest.mark.parametrize(("power", "late"), [(2.0, 0.3), (2.5, 0.9), (3.0, 1.4), (4.0, 2.2)])
-def test_a_gradual_start_is_found(power, late):
-    """Of 13 mm in 12 ms with 0.1 mm of noise."""
-    rng = generator(5, "test gradual")
-    time = 0.1 * np.arange(800)
-    rise = 13.0 * np.clip((time - 30.0) / 12.0, 0.0, 1.0) ** power
-    found = [start_of(time, rise + 0.1 * rng.standard_normal(800), "closing") for _ in range(FEW)]
-    assert abs(np.mean(found) - 30.0) < late
-
-
 @pytest.mark.parametrize(("quantum", "every"), [(0.02, 4), (0.32, 1)])
 def test_a_counter_at_any_rate(records, quantum, every):
     """Its noise at rest has no spread."""
@@ -136,19 +126,6 @@ def test_a_start_in_a_gap_is_refused(records, gap):
     error = changed(records, change, FEW)
     assert np.isnan(error).mean() > 0.95
     assert np.nanmax(np.abs(np.append(error, 0.0))) < 0.7
-
-
-@pytest.mark.parametrize("phase", [0.0, 2.8, 4.2])
-@pytest.mark.parametrize("period", [4.0, 7.0])
-def test_a_linkage_that_ripples_does_not_move_it_by_much(period, phase):
-    """Ripple of 2 mm in 150, that grows with the speed: a low rise alone is up to 5 ms early."""
-    rng = generator(6, "test ripple")
-    time = 0.1 * np.arange(2000)
-    share = np.clip((time - 60.0) / 60.0, 0.0, 1.0)
-    way, speed = 150.0 * share**2 * (3.0 - 2.0 * share), 4.0 * share * (1.0 - share)
-    way += 2.0 * speed * np.sin(2.0 * np.pi * time / period + phase)
-    found, sd = first_motion(time, way + 0.05 * rng.standard_normal(time.size), "closing")
-    assert abs(found - 60.0) < max(2.5, 3.0 * sd)
 
 
 # ---- how uncertain it is ---------------------------------------------------------------------

@@ -6,11 +6,9 @@ import pytest
 from breaker.model.parameters import MOTIONS
 from breaker.model.quantities import RESISTANCES
 from breaker.records.currents import Currents
-from breaker.records.curves import Grid, read_curves
-from breaker.records.operations import Operation
 from breaker.records.rejections import NotShownError
 from breaker.records.words import microohms_of
-from tests.records.contact_signals import TIMING, Case, random_case
+from tests.records.contact_signals import Case, random_case
 
 NAME = "DCRM Res CH1"
 
@@ -78,27 +76,3 @@ def test_units_of_resistances():
     assert microohms_of("Res", "mOhm") == 1e3
     others = ["Res", "Res CH1", "Res [V]", "Contact 1", "Res [kOhm]", ""]
     assert np.isnan([microohms_of(name) for name in others]).all()
-
-
-@pytest.mark.parametrize(("unit", "size"), [("mOhm", 1.0), ("", 1.0)])
-def test_through_a_file(tmp_path, unit, size):
-    case, file = Case(np.random.default_rng(5)), tmp_path / "opening.csv"
-    truth, (name, current) = planted(case, 5), (f"{NAME} in {unit}" if unit else NAME, "DCRM I [A]")
-    located = case.located()
-    columns = case.time, located.whole, size * case.resistance(), case.current()
-    lines = [",".join(f"{value:.7g}" for value in row) for row in zip(*columns, strict=True)]
-    file.write_text("\n".join([f"time [ms],travel [mm],{name},{current}", *lines]))
-    settings = {"contact_column": NAME, "current_column": current, "time_unit": "ms"}
-    settings |= {"stroke": [100.0, 200.0], "timing_sd": TIMING}
-    grid = Grid(np.arange(-2.0, 80.0))
-    read = read_curves([Operation(1, str(file))], settings, grid, "opening")
-    values = dict(zip(read.quantity.values, read.measured.values[0], strict=True))
-    shown = [values[name] for name in RESISTANCES]
-    if unit:
-        assert shown == pytest.approx(truth, rel=0.02)
-    else:
-        assert np.isnan(shown).all()
-    length = np.ptp(np.interp([case.main, case.arcing], case.time, located.whole))
-    sd = dict(zip(read.quantity.values, read.measured_sd.values[0], strict=True))["arcing_wipe"]
-    assert values["arcing_wipe"] == pytest.approx(length, abs=4.0 * sd)
-    assert sd < 1.5
