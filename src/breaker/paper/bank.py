@@ -21,19 +21,13 @@ _TRAVEL_DTYPE = np.float32  # 1e-6 mm, a hundred-thousandth of the noise
 
 
 def simulate(model: Model, n: int, rng: np.random.Generator) -> xr.Dataset:
-    """Simulate operations drawn from the prior.
-
-    Args:
-        model: Joint model of the motion; the sensor's noise and zero are not used.
+    """Simulate operations drawn from the prior; raise a FloatingPointError if one is not finite.
 
     Returns:
         Dataset with dims ``curve`` (n), ``time`` (t), ``parameter`` (p): noise-free ``travel``
         (mm), ``parameters``, ``onset`` (ms), ``switching_time`` (ms after the onset, inf if not
         within the record) and ``reopening`` (contact force zero again after the touch). A simulator
         of your own has neither of the last two.
-
-    Raises:
-        FloatingPointError: If a curve is not finite.
     """
     motion, times = model.motion, model.sensor.times
     theta, onset = model.sample(n, rng)
@@ -72,10 +66,8 @@ def truth(bank: xr.Dataset, model: Model) -> np.ndarray:
 
 
 def open_bank(shards: Sequence[str | Path]) -> xr.Dataset:
-    """Read the shards of a bank, in the order given, into one dataset in memory.
-
-    Raises:
-        ValueError: If there is no shard, or if two shards differ in motion, grid or settings.
+    """Read the shards of a bank, in the order given, into one dataset in memory; raise a ValueError
+    if there is no shard, or if two shards differ in motion, grid or settings.
     """
     if not shards:
         raise ValueError("a bank needs at least one shard")
@@ -98,11 +90,9 @@ def open_bank(shards: Sequence[str | Path]) -> xr.Dataset:
 def principal_components(
     travel: np.ndarray, sensor: Sensor, count: int
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Find the components of noise-free curves ``(n, t)``, mm, that stand out of the noise most.
-
-    Returns:
-        Mean curve ``(t,)``, mm, and weights of ``count`` components ``(t, c)``, 1/mm, so that
-        ``(record - mean) @ weights`` has unit variance over records of the bank.
+    """Return the mean of noise-free curves ``(n, t)``, mm, ``(t,)``, and the weights ``(t, c)``,
+    1/mm, of the ``count`` components with the largest ratio of signal to noise:
+    ``(record - mean) @ weights`` has unit variance over records of the bank.
     """
     mean = travel.mean(axis=0, dtype=np.float64)
     whitened = sensor.whiten(travel - mean)

@@ -286,11 +286,10 @@ def correct(
     round_draws: int = 500,
     result_draws: int = 2000,
 ) -> Corrected:
-    """Correct the draws of one record.
+    """Correct the draws ``(d, q)`` of a network, physical units, of one record ``(t,)``, mm, nan
+    where a sample is missing. Only their rough place and spread matter.
 
     Args:
-        record: Record on the sensor's grid, ``(t,)``, mm; nan where a sample is missing.
-        draws: The network's draws, ``(d, q)``, physical units; their rough place and spread matter.
         rounds: Most rounds of adaptation; one is enough for 99 % of the default run's records.
         round_draws: Draws of a round, a few times the effective size that a fit needs.
         result_draws: Draws that make the result, and their weights.

@@ -50,7 +50,7 @@ def sample_records(
 
     Returns:
         Dataset with dims ``curve``, ``draw``, ``output``, ``time``: ``draws`` and ``truth`` in
-        physical units, ``measured`` (mm); and of each output the scale that it is judged in:
+        physical units, ``measured`` (mm); and the scale in which an output is judged:
         ``prior_sd``, of its logarithm where ``logarithmic``.
     """
     model = posterior.model

@@ -32,14 +32,12 @@ def numbers_of_motion(
     """Return the numbers of one motion by name, without the motion.
 
     Args:
-        quality: Table of the quality, both posteriors.
-        exactness: Table of the exactness, one row.
+        quality, exactness: Tables of both posteriors' quality, and of the exactness, one row.
         prior: Curves of the prior, ``travel (curve, time)``.
         validation: Posteriors of simulated records.
-        operations: Posteriors of the endurance test by the paper's network, ``draws (operation,
-            draw, output)``, and their records, ``travel (operation, time)``.
+        operations: Records of the endurance test, ``travel (operation, time)``, with posteriors by
+            the paper's network; ``family`` are those by the family.
         predictive: Predicted records at a few stages, with ``share_inside (stage)``.
-        family: Posteriors of the same operations by the family.
         truth: True parameters of the simulated test, ``value (operation, parameter)``, and the
             largest ``difference (operation)`` of its curves from the model's, mm; None for
             measured records.
@@ -149,12 +147,8 @@ QUANTILES = (0.05, 0.5, 0.95)
 
 
 def blocks_of(inferred: xr.Dataset, most: int = 40) -> xr.Dataset:
-    """Summarise the posteriors of operations in blocks of a life.
-
-    Args:
-        inferred: Draws of the parameters, ``draws (operation, draw, output)``; nan where there is
-            no posterior.
-        most: Most blocks, of about as many operations each: more hide each other in a figure.
+    """Summarise posteriors, ``draws (operation, draw, output)``, in at most ``most`` blocks of a
+    life, of about as many operations each: more blocks hide each other in a figure.
 
     Returns:
         Dataset over ``block``: ``value (block, parameter, quantile)``, the median over a block's
