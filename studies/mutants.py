@@ -29,18 +29,16 @@ AREAS = {
     "curves": ("model/curves model/kernels model/equations",
                "model/test_kernels model/test_curves model/test_sensitivity"),
     "correction": ("paper/correction",
-                   "posterior/test_corrections posterior/test_weights posterior/test_transport"),
+                   "paper/test_weights paper/test_transport paper/test_corrections"),
     "measurements": ("records/measurements records/propagation records/first_motion",
-                     "records/test_measured records/test_landmarks records/test_slow_starts"),
+                     "records/test_first_motion records/test_uncertain records/test_measured"),
     "forecast": ("prognosis/forecast prognosis/states prognosis/service",
                  "prognosis/test_forecast prognosis/test_states prognosis/test_service"),
     "limits": ("model/limits diagnosis/limits",
                "model/test_limits diagnosis/test_sliding diagnosis/test_inferred"),
 }  # fmt: skip
 """Modules of an area, and its test files."""
-LIMIT = (
-    120.0  # s: tests of an area take at most 20 s on an idle machine; a fault may make them hang
-)
+LIMIT = 120.0  # s; tests of an area take 20 s on an idle machine, and a fault may hang them
 OTHER = {
     ast.Add: ast.Sub, ast.Sub: ast.Add, ast.Mult: ast.Div, ast.Div: ast.Mult, ast.Pow: ast.Mult,
     ast.BitAnd: ast.BitOr, ast.BitOr: ast.BitAnd, ast.And: ast.Or, ast.Or: ast.And,

@@ -26,13 +26,14 @@ from breaker.model.prior import Prior
 from studies.other_code import Other
 from studies.shared import call, in_pool, parser, sampled
 
-LEAD, LENGTH, NOISE = 30.0, 110.0, 0.003  # ms, ms, share of the stroke
+LEAD, LENGTH, NOISE = 30.0, 110.0, 0.009  # ms, ms, share of the stroke
 OTHER = {"closing": "opening", "opening": "closing"}
 WARNS = ("warnings", "remarks", "doubts", "rejected", "differences", "reason")
-# Every file gets these remarks, right or wrong.
+# Every file gets these remarks, right or wrong, and some files those on the noise.
 STANDING = (
     r"- the first motion is taken as.*\n(?: {4}.*\n)*|^.*the phase is not stated.*$|^note:.*$"
 )
+STANDING += r"|^.*the noise at rest is .*\n(?: {4}.*\n)*|^no (trigger|signal of the contact).*$"
 
 
 class Record(NamedTuple):
@@ -89,11 +90,10 @@ class Case:
         """Write columns below a header."""
         file = self.folder / name
         file.parent.mkdir(parents=True, exist_ok=True)
-        table = pd.DataFrame(columns).to_csv(
-            sep=sep, decimal=decimal, index=False, float_format="%.4f"
-        )
+        table = pd.DataFrame(columns)
+        text = table.to_csv(sep="|", decimal=decimal, index=False, float_format="%.4f")
         above = "".join(f"{key}{sep}{value}\n" for key, value in (header or {}).items())
-        file.write_text(above + table, encoding="utf-8")
+        file.write_text(above + text.replace("|", sep), encoding="utf-8")
         return file
 
     def inspection(self, name: str, damping: float = 1.0, **options) -> list[Path]:
@@ -283,7 +283,7 @@ RATE, RATES = (
     r"\brate\b|kHz|time[ _]unit|unit of the time|all times|sampl",
     {"Sample rate [kHz]": "RATE"},
 )
-CUT = r"\bends?\b|early|\bcut\b|too short|\brest\b|later"
+CUT = r"\bends?\b|early|\bcut\b|too short|\brest\b|later|missing"
 SAME = r"\bsame\b|cop(y|ies)|identical|duplicate|twice"
 KINDS: dict[str, tuple[Make, str]] = {
     "cut closing": (samples(cut, "closing"), CUT),
@@ -302,7 +302,7 @@ KINDS: dict[str, tuple[Make, str]] = {
     "rate in header": (form(lambda c: {"times": c.pick([0.5, 2.0, 5.0])}, RATES), RATE),
     "lost decimals": (form(lambda c: {"scale": 1e3}), r"speed|too fast|unit|scale|decimal|stroke"),
     "comma in commas": (form(lambda c: {"sep": ",", "decimal": ","}), r"decimal|column|comma"),
-    "printed stroke": (printed_stroke, r"stroke.*(differ|states|printed|%)|<$|printed"),
+    "printed stroke": (printed_stroke, r"stroke of|printed"),
     "states other motion": (other_motion, r"operation|states?|header|says|motion"),
     "limit off by 1,000": (
         limits("{name: a, motion: closing, upper: {stroke: 16}}",
@@ -383,7 +383,7 @@ def summary(rows: pd.DataFrame) -> pd.DataFrame:
     wrong, twins = rows[rows.wrong], rows[~rows.wrong]
     counts = {
         "cases": wrong.assign(one=True).one,
-        "refused": wrong.named & ~wrong.answered,
+        "refused": ~wrong.answered,
         "warned": wrong.named & wrong.answered,
         "silent": ~wrong.named & wrong.answered,
         "twins_warned": twins.named,
