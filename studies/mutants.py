@@ -33,11 +33,13 @@ AREAS = {
     "measurements": ("records/measurements records/propagation records/first_motion",
                      "records/test_first_motion records/test_uncertain records/test_measured"),
     "forecast": ("prognosis/forecast prognosis/states prognosis/service",
-                 "prognosis/test_forecast prognosis/test_states prognosis/test_service"),
+                 "prognosis/test_forecast prognosis/test_states prognosis/test_service "
+                 "prognosis/test_tables prognosis/test_life_of_a_drive"),
     "limits": ("model/limits diagnosis/limits",
-               "model/test_limits diagnosis/test_sliding diagnosis/test_inferred"),
+               "model/test_limits diagnosis/test_sliding diagnosis/test_rendered "
+               "diagnosis/test_inferred"),
 }  # fmt: skip
-"""Modules of an area, and its test files."""
+"""Modules of an area, whose docstrings have examples, and its test files."""
 LIMIT = 120.0  # s; tests of an area take 20 s on an idle machine, and a fault may hang them
 OTHER = {
     ast.Add: ast.Sub, ast.Sub: ast.Add, ast.Mult: ast.Div, ast.Div: ast.Mult, ast.Pow: ast.Mult,
@@ -101,7 +103,8 @@ def run_tests(tree: Path, area: str) -> None:
     numba.config.CACHE_DIR = tempfile.mkdtemp(dir=tree) if area == "curves" else str(compiled)
     for stream in (1, 2):
         os.dup2(os.open(os.devnull, os.O_WRONLY), stream)
-    files = [f"tests/{name}.py" for name in AREAS[area][1].split()]
+    modules, tests = (names.split() for names in AREAS[area])
+    files = [*(f"src/breaker/{name}.py" for name in modules), *(f"tests/{t}.py" for t in tests)]
     sys.exit(pytest.main(["-xq", "-p", "no:cacheprovider", *files]))
 
 
