@@ -185,15 +185,12 @@ def known_of(
 
 def fingerprint(operations: Iterable[Operation]) -> str:
     """Return a text that changes with the operations, and the name, size or time of any file."""
-    found = hashlib.sha256()
-    states = cache(_states)
-    for each in operations:
-        found.update(f"{each!r} {states(Path(each.file))}".encode(errors="backslashreplace"))
-    return found.hexdigest()
-
-
-def _states(file: Path) -> list[tuple]:
-    return [_state(part) for part in (file, *map(file.with_suffix, (".dat", ".DAT")))]
+    digest, state_of = hashlib.sha256(), cache(_state)
+    for operation in operations:
+        file = Path(operation.file)
+        states = [*map(state_of, (file, file.with_suffix(".dat"), file.with_suffix(".DAT")))]
+        digest.update(f"{operation!r} {states}".encode(errors="backslashreplace"))
+    return digest.hexdigest()
 
 
 def _state(file: Path) -> tuple[str, int, int]:

@@ -245,13 +245,13 @@ def _speeds(points: Sequence[Pair]) -> dict[str, Speed]:
 
 def _pairs_in(row: Sequence[str]) -> list[Pair]:
     """Return the pairs of a line by its cells; values before a name belong to none."""
-    found: list[tuple[str, list[str]]] = []
+    pairs: list[tuple[str, list[str]]] = []
     for text, named in _tokens([part for cell in row for part in _parts(cell)]):
         if named:
-            found.append((text, []))
-        elif text and found:
-            found[-1][1].append(text)
-    return [Pair(*_name_of(name), tuple(values)) for name, values in found]
+            pairs.append((text, []))
+        elif text and pairs:
+            pairs[-1][1].append(text)
+    return [Pair(*_name_of(name), tuple(values)) for name, values in pairs]
 
 
 def _tokens(cells: Sequence[str]) -> Iterable[tuple[str, bool]]:

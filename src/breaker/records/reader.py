@@ -246,10 +246,10 @@ def _contradiction(operation: Operation, samples: _Samples, motion: str, header:
 
 def _other_stroke(operation: Operation, stroke: float, stated: Sequence[float]) -> str:
     """Return a warning where none of the strokes that a file states is that of the record."""
-    if not stated or min(abs(each - stroke) for each in stated) <= _SAME_STROKE * stroke + _ROUNDED:
+    if not stated or min(abs(mm - stroke) for mm in stated) <= _SAME_STROKE * stroke + _ROUNDED:
         return ""
-    strokes = " and ".join(dict.fromkeys(in_digits(each, 4) for each in stated))
+    strokes = " and ".join(dict.fromkeys(in_digits(mm, 4) for mm in stated))
     return (
         f"{printable(operation.file)} states a stroke of {strokes} mm, and is read with "
-        f"{in_digits(stroke, 4)} mm: check the unit, the ratio and the channel"
+        f"{in_digits(stroke, 4)} mm. Check the unit, the ratio and the channel"
     )
