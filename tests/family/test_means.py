@@ -5,7 +5,7 @@ import pytest
 
 from breaker.configuration.definitions import family_of
 from breaker.family import training_records
-from breaker.family.bank import simulate_family
+from breaker.family.bank import GRID, simulate_family
 from breaker.family.drive_family import Family
 from breaker.family.inputs import Basis, mean_and_change, mean_record, without_onset
 from breaker.family.shape import SHAPE_TIMES, Shape
@@ -68,6 +68,15 @@ def test_measured_records_are_seen_as_those_of_the_training(bank, monkeypatch):
             assert reference.duration[0] == pytest.approx(references[motion].duration[d])
     # Noise has an error of 10 % in training, and of some 15 more when estimated from a record.
     assert 0.8 < np.median(noise) < 1.25
+
+
+def test_samples_of_the_training_are_rounded_to_the_quantum_of_the_sensor():
+    curve, step, quantum, out = np.sin(GRID), 0.1, 0.02, np.empty(60)
+    rng = np.random.default_rng(1)
+    training_records._samples.py_func(curve, rng, 0.0, step, 0.0, 0.0, quantum, out)
+    np.testing.assert_allclose(out / quantum, np.round(out / quantum), atol=1e-9)
+    off = np.abs(out - np.sin(step * np.arange(out.size)))
+    assert 0.25 * quantum < off.max() < 0.51 * quantum
 
 
 def test_a_mean_has_less_noise_and_neither_onset_nor_gap():
