@@ -32,7 +32,7 @@ def interpreter(version: str) -> str | None:
 def main() -> int:
     """Test each version, and say which was tried."""
     _, wheel = fresh()
-    names = asked(wheel, "excel", "fast", "netcdf") | closure(NEEDED)
+    names = asked(wheel, "excel", "fast", "netcdf", "stores") | closure(NEEDED)
     alone = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
     failed = 0
     for version in VERSIONS:
