@@ -42,7 +42,7 @@ def test_records_last_to_the_end_of_a_life(length):
     assert (np.diff(operations) > 0).all()
 
 
-def test_the_cost_is_beside_the_best_interval_of_all_other_lives():
+def test_the_cost_is_relative_to_the_best_interval_of_all_other_lives():
     """Lives of 100, 100 and 200: the others' best is 100 for each; served in time, or never."""
     fails = np.array([100.0, 100.0, 200.0])
     intime, low, high = against_fixed(fails, fails)
@@ -76,7 +76,7 @@ def test_records_show_a_limit_beyond_once_their_median_is():
     assert np.isnan(shown_beyond(Limit("changed", "", (("f", 7.0, True),), of="change"), series))
 
 
-def test_what_is_told_without_cause_counts_with_how_long_it_was_not():
+def test_a_false_alarm_counts_with_the_time_before_it():
     """A drive that is told now from operation 300 on; nothing else, and nothing before 100."""
     operations = np.arange(0, 500, 10)
     state = np.where(operations >= 300, STATES.index("due"), STATES.index("ok"))[:, None]
