@@ -10,12 +10,12 @@ from breaker.prognosis.service import days_per_operation, on_date, plan
 PLANNING, NAN = defaults()["planning"], np.nan
 
 
-def planned(lives, *, turns=np.inf, **settings):
+def planned(lives, *, turns=np.inf, days=NAN, **settings):
     """The plan for one drive, 1,000 operations old, with draws of those that are left."""
     data = {"lives": (("asked", "limit", "draw"), np.array(lives)[None, None])}
     data |= {"turns": (("asked", "draw"), np.full((1, len(lives)), turns))}
     life = xr.Dataset(data | {"noticed_in": ("asked", [50.0])}, attrs={"horizon": 10000})
-    return plan(life, PLANNING | settings, np.array([NAN]), np.array([1000.0]))
+    return plan(life, PLANNING | settings, np.array([days]), np.array([1000.0]))
 
 
 def best(lives, **about):
@@ -49,6 +49,15 @@ def test_a_failure_counts_unless_records_show_it_before():
     assert np.isinf(best(lives, turns=300.0))  # noticed at 351
     assert best(lives, turns=300.0, inspection="200 operations") < 500.0
     assert np.isnan(best(NAN * lives))
+
+
+def test_a_sudden_failure_before_the_next_inspection_is_a_risk():
+    """One in two years, on average, with 200 operations in 2,000 days to the next inspection."""
+    about = {"days": 10.0, "inspection": "200 operations", "sudden_failures": 0.5}
+    for lasts, by_then in ((np.inf, 0.0), (100.0, 1.0)):
+        _, risk, _ = planned(np.full(100, lasts), **about)
+        left = (1.0 - by_then) * np.exp(-0.5 * 2000.0 / 365.25)
+        assert risk.item() == pytest.approx(1.0 - left, rel=1e-3)
 
 
 def test_days_count_over_the_last_year_or_since_the_first_date():
