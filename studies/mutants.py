@@ -34,7 +34,7 @@ AREAS = {
                      "records/test_first_motion records/test_uncertain records/test_measured"),
     "forecast": ("prognosis/forecast prognosis/states prognosis/service",
                  "prognosis/test_forecast prognosis/test_states prognosis/test_service "
-                 "prognosis/test_tables prognosis/test_life_of_a_drive"),
+                 "prognosis/test_tables"),
     "limits": ("model/limits diagnosis/limits",
                "model/test_limits diagnosis/test_sliding diagnosis/test_rendered "
                "diagnosis/test_inferred"),
