@@ -46,7 +46,7 @@ help:
 	@echo "make environment  $(VENV) from $(LOCK), with $(PYTHON) (PYTHON=...)"
 	@echo "make numbers      write the numbers of the last run into README.md and docs/, with its pictures"
 	@echo "make pictures     draw the pictures of docs/ from the data in docs/pictures.json"
-	@echo "make defaults     put the defaults of config/ into the package, and the schema beside the rules"
+	@echo "make defaults     write config/, the schema of the settings, and docs/reference/ from the code"
 	@echo "make ship         put the models of the last run, which is that of the defaults, into the package"
 	@echo "make dist         wheel and source distribution in dist/, checked and used in a bare environment"
 	@echo "make site         documentation in build/site/html, its links checked, in an environment of its own"
@@ -148,6 +148,7 @@ pictures: $(INSTALLED)
 
 defaults: $(INSTALLED)
 	$(BIN)/python envs/defaults.py
+	$(BIN)/python docs/reference.py
 
 ship: $(INSTALLED)
 	$(BIN)/python envs/ship.py
