@@ -61,7 +61,7 @@ def from_tables() -> dict[str, str]:
     for name in ("f", "gamma_b"):
         (row,) = _rows("other_code.csv", of="change", drives="changed", name=name)
         numbers |= {f"{name}.reported": row["reported"], f"{name}.changed": row["truly_changed"]}
-    for name in ("stroke", "touch_time"):
+    for name in ("stroke", "separation_time"):
         (row,) = _rows("exports.csv", of=f"value: {name}")
         numbers |= {f"{name}.{key}": percent(row, key) for key in ("right", "withheld", "false")}
         numbers[f"{name}.values"] = row["values"]
