@@ -79,20 +79,24 @@ class Browser:
         return self.until(found, selector)[_ELEMENT]
 
     def click(self, selector: str) -> None:
-        """Click on an element; again if a script has replaced it meanwhile."""
+        """Click on an element."""
+        self._act(selector, "click", {})
 
-        def clicked():
+    def type(self, selector: str, text: str) -> None:
+        """Type into a field what replaces its text, or name files to a field of files."""
+        self._act(selector, "value", {"text": text})
+
+    def _act(self, selector: str, action: str, body: dict) -> None:
+        """Act on an element; again if a script has replaced it meanwhile."""
+
+        def acted():
             try:
-                self._ask(f"/element/{self.find(selector)}/click", {})
+                self._ask(f"/element/{self.find(selector)}/{action}", body)
             except OSError:
                 return False
             return True
 
-        self.until(clicked, selector)
-
-    def type(self, selector: str, text: str) -> None:
-        """Type into a field what replaces its text, or name files to a field of files."""
-        self._ask(f"/element/{self.find(selector)}/value", {"text": text})
+        self.until(acted, selector)
 
     def run(self, script: str, *arguments):
         """What a script returns in the page."""
