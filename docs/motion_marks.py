@@ -27,14 +27,14 @@ def of_drive() -> dict:
     settings = defaults()
     drive = EnduranceTest.from_settings(simulated_test(settings), settings["seed"]).new
     drive = drive.changed(**{n: by * drive.value(n) for n, by in _WEAKER.items()})
-    rng, found = generator(settings["seed"], "pictures", "motions"), {}
+    rng, result = generator(settings["seed"], "pictures", "motions"), {}
     for motion in MOTIONS:
         travel, switching = drive.operate(motion, _TIMES - _RELEASE)
         travel = travel + _NOISE * rng.standard_normal(travel.size)
         trigger = _RELEASE - _REACTION
         contact = ContactTimes(switching + _RELEASE, 0.05, trigger=trigger)
         values = measure_curve(_TIMES, travel, motion, contact=contact)
-        found[motion] = {
+        result[motion] = {
             "travel": travel.round(3).tolist(),
             "trigger": trigger,
             "event": round(contact.time, 3),
@@ -42,7 +42,7 @@ def of_drive() -> dict:
                 n: round(float(v.value), 4) for n, v in values.items() if np.isfinite(v.value)
             },
         }
-    return found
+    return result
 
 
 @style.styled

@@ -33,11 +33,11 @@ _CODE = re.compile(r"```.*?```|`[^`\n]*`", re.S)
 
 def read() -> dict[str, str]:
     """Return the numbers of both runs by name, as they are to be written."""
-    found = {}
+    result = {}
     for prefix, table in (("", "numbers.csv"), ("paper.", "paper_numbers.csv")):
         with (DOCS / table).open(encoding="utf-8", newline="") as file:
-            found |= {prefix + row["name"]: row["value"] for row in csv.DictReader(file)}
-    return found | from_tables()
+            result |= {prefix + row["name"]: row["value"] for row in csv.DictReader(file)}
+    return result | from_tables()
 
 
 def _rows(table: str, **values: str) -> list[dict[str, str]]:
@@ -101,10 +101,10 @@ def unmarked(text: str) -> list[str]:
 
 def _block(match: re.Match, numbers: Mapping[str, str]) -> str:
     names, block = match["names"].split(), match["block"]
-    found = _NUMBER.findall(block)
-    if len(names) != len(found):
-        raise ValueError(f"{len(names)} numbers are named, but {found} stand in:\n{block}")
-    for name, number in zip(names, found, strict=True):
+    result = _NUMBER.findall(block)
+    if len(names) != len(result):
+        raise ValueError(f"{len(names)} numbers are named, but {result} stand in:\n{block}")
+    for name, number in zip(names, result, strict=True):
         if _NUMBER.fullmatch(name) and name != number:
             raise ValueError(f"{name} is named, but {number} stands in:\n{block}")
         if not _NUMBER.fullmatch(name) and name not in numbers:

@@ -1,5 +1,5 @@
 """Check words, the length of sentences and names, for ``make lint``: no word of ``AVOIDED``, no
-sentence of more than ``LONGEST`` words, no identifier with a part that is on in ``NAMES``."""
+sentence of more than ``LONGEST`` words, no identifier with a part in ``NAMES`` or in ``VAGUE``."""
 
 import ast
 import re
@@ -13,8 +13,8 @@ import yaml
 AVOIDED = r"told|tells?|foretells?|foretold|beside|anew|whole|alike|odd|strange|visits?"
 AVOIDED += r"|(?:is|are) (?:no|none)|of which|other code"
 LONGEST = 25
-NAMES = dict.fromkeys(("told", "foretold", "visit", "visits", "beside", "anew", "part_time"), True)
-NAMES |= {"wipe_at_touch": True, "each": False, "found": False}
+NAMES = {"told", "foretold", "visit", "visits", "beside", "anew", "part_time", "wipe_at_touch"}
+VAGUE = {"each", "found"}  # as a name alone
 PAGES = ("*.md", "docs/*.md", "docs/[!r]*/*.md", "docs/research/*.md", "[cs]*/*.md", "src/*/*/*.md")
 TEXTS = ("workflow/report/*.rst", "src/breaker/diagnosis/words.yaml", "src/breaker/cli/*.py")
 CODE = ("src/**/*.py", "studies/**/*.py", "tests/**/*.py", "workflow/**/*.py", "workflow/**/*.smk")
@@ -46,8 +46,8 @@ def check_names(file: Path) -> Iterator[str]:
     """Yield the identifiers, tokens of type 1, of a file of code that must not occur."""
     with tokenize.open(file) as code:
         names = {t.string for t in tokenize.generate_tokens(code.readline) if t.type == 1}
-    banned = {name for name, on in NAMES.items() if on}
-    yield from (f"rename {name}" for name in sorted(names) if banned & {name, *name.split("_")})
+    banned = (name for name in names if NAMES & {name, *name.split("_")} or name in VAGUE)
+    yield from (f"rename {name}" for name in sorted(banned))
 
 
 if __name__ == "__main__":

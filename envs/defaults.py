@@ -45,18 +45,18 @@ _BOUNDS = {"minimum": "≥", "exclusiveMinimum": ">", "maximum": "≤", "exclusi
 
 def files() -> dict[Path, str]:
     """Return the content of every file that is made, by its path in the project."""
-    found = {}
+    result = {}
     for file, head in _HEADS.items():
         lines = ["Made by `make defaults` from src/breaker/configuration/settings.py.", ""]
         lines = [f"# {line}".rstrip() for line in [*lines, *head.splitlines()]]
         for name in Settings.model_fields:
             if (name in ADVANCED) == ("advanced" in file):
                 lines += ["", *_yaml_of(name, Settings, 0)]
-        found[Path(file)] = "\n".join(lines) + "\n"
+        result[Path(file)] = "\n".join(lines) + "\n"
     text = yaml.safe_dump(schema(), sort_keys=False, width=_WIDTH, allow_unicode=True)
-    found[Path("workflow/schemas/config.schema.yaml")] = f"# Made by `make defaults`.\n{text}"
-    found[Path("docs/reference/settings.md")] = page()
-    return found
+    result[Path("workflow/schemas/config.schema.yaml")] = f"# Made by `make defaults`.\n{text}"
+    result[Path("docs/reference/settings.md")] = page()
+    return result
 
 
 def _yaml_of(name: str, section: type[Section], depth: int) -> Iterator[str]:
@@ -72,7 +72,7 @@ def _yaml_of(name: str, section: type[Section], depth: int) -> Iterator[str]:
     if name == "limits":
         yield from _comment(field.description, indent)
         yield f"{name}:"
-        yield from (f"  - {_flow(each)}" for each in value)
+        yield from (f"  - {_flow(item)}" for item in value)
         return
     line = f"{indent}{name}: {_flow(value)}"
     beside = f"{line}  # {field.description}"
@@ -102,13 +102,13 @@ def schema() -> dict[str, Any]:
 
     def resolved(part: Any) -> Any:
         if isinstance(part, list):
-            return [resolved(each) for each in part]
+            return [resolved(item) for item in part]
         if not isinstance(part, dict):
             return part
         kind = kinds[part["$ref"].rpartition("/")[2]] if "$ref" in part else {}
-        merged = kind | {key: each for key, each in part.items() if key != "$ref"}
+        merged = kind | {key: item for key, item in part.items() if key != "$ref"}
         # An overlay holds some settings only.
-        return {k: resolved(each) for k, each in merged.items() if k not in ("title", "required")}
+        return {k: resolved(item) for k, item in merged.items() if k not in ("title", "required")}
 
     head = {"$schema": "https://json-schema.org/draft/2020-12/schema", "title": "breaker"}
     return head | resolved(whole)
@@ -129,9 +129,9 @@ def _table(name: str, part: dict[str, Any]) -> list[str]:
     title = f"\n## {name}\n" if name else "\n## General\n"
     about = [" ".join(part["description"].split()) + "\n"] if "description" in part else []
     rows = [
-        f"| `{key}` | `{json.dumps(each['default'], ensure_ascii=False)}` | {_allowed(each)} "
-        f"| {each['description']} |"
-        for key, each in _leaves(part["properties"])
+        f"| `{key}` | `{json.dumps(item['default'], ensure_ascii=False)}` | {_allowed(item)} "
+        f"| {item['description']} |"
+        for key, item in _leaves(part["properties"])
     ]
     return [title, *about, "| setting | default | allowed | meaning |", "|---|---|---|---|", *rows]
 
@@ -149,7 +149,7 @@ def _allowed(part: dict[str, Any]) -> str:
     if "anyOf" in part:
         return " or ".join(map(_allowed, part["anyOf"]))
     if "enum" in part or "const" in part:
-        return ", ".join(str(each) for each in part.get("enum", [part.get("const")]))
+        return ", ".join(str(item) for item in part.get("enum", [part.get("const")]))
     words = {"integer": "whole number", "object": "section", "array": "list", "string": "text"}
     text = words.get(part["type"], part["type"])
     bounds = [f"{sign} {part[name]:g}" for name, sign in _BOUNDS.items() if name in part]

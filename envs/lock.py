@@ -76,17 +76,17 @@ def closure(names: Iterable[str]) -> set[str]:
     Raises:
         importlib.metadata.PackageNotFoundError: If one of them is not installed.
     """
-    found: set[str] = set()
+    result: set[str] = set()
     waiting = [canonicalize_name(name) for name in names]
     while waiting:
         name = waiting.pop()
-        if name in found or CARDS.fullmatch(name):
+        if name in result or CARDS.fullmatch(name):
             continue
-        found.add(name)
+        result.add(name)
         for requirement in map(Requirement, metadata.requires(name) or []):
             if requirement.marker is None or requirement.marker.evaluate({"extra": ""}):
                 waiting.append(canonicalize_name(requirement.name))
-    return found
+    return result
 
 
 def hashed(names: Iterable[str]) -> str:

@@ -22,10 +22,10 @@ def interpreter(version: str) -> str | None:
     """Return the interpreter of a version; None if there is none that runs."""
     name, home = f"python{version}", Path.home()
     places = (home / ".pyenv/versions", home / ".local/share/uv/python")  # beside the path
-    found = [file for place in places for file in place.glob(f"*{version}.*/bin/{name}")]
-    for each in filter(None, [shutil.which(name), *map(str, sorted(found))]):
-        if not subprocess.run([each, "-m", "venv", "--help"], capture_output=True).returncode:
-            return each
+    result = [file for place in places for file in place.glob(f"*{version}.*/bin/{name}")]
+    for item in filter(None, [shutil.which(name), *map(str, sorted(result))]):
+        if not subprocess.run([item, "-m", "venv", "--help"], capture_output=True).returncode:
+            return item
     return None
 
 
@@ -36,10 +36,10 @@ def main() -> int:
     alone = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
     failed = 0
     for version in VERSIONS:
-        if (found := interpreter(version)) is None:
+        if (result := interpreter(version)) is None:
             print(f"Python {version}: not here, not tried")
             continue
-        python = installed(wheel, names, ROOT / "build" / "pythons" / version, found)
+        python = installed(wheel, names, ROOT / "build" / "pythons" / version, result)
         done = subprocess.run([python, "-m", "pytest", "--quiet", *TESTS], cwd=ROOT, env=alone)
         failed += done.returncode != 0
         said = run(python, "--version").strip()

@@ -36,13 +36,13 @@ def curves_of(drive: Drive) -> tuple[np.ndarray, np.ndarray, np.ndarray] | None:
     """
     steps = [(name, by) for name in NAMES for by in (BY, -BY)]
     drives = [drive, *(drive.changed(**{n: drive.value(n) * np.exp(by)}) for n, by in steps)]
-    if not all(each.holds for each in drives):
+    if not all(item.holds for item in drives):
         return None
     shapes, durations, changes = [], [], []
     for motion in MOTIONS:
         sign, like, rows = (1.0 if motion == "closing" else -1.0), None, []
-        for each in drives:
-            travel, switching = each.operate(motion, TIMES)
+        for item in drives:
+            travel, switching = item.operate(motion, TIMES)
             if not np.isfinite(switching):
                 return None
             shape = shape_of(sign * travel, TIMES[1] - TIMES[0], like)
@@ -84,14 +84,14 @@ def regression(shapes: np.ndarray, paces: np.ndarray, changes: np.ndarray) -> Se
 
 def fitted(family: Family, count: int, rng: np.random.Generator) -> dict[tuple, Sensitivities]:
     """Fit regressions to so many drives of a family."""
-    found = []
-    while len(found) < count:
+    result = []
+    while len(result) < count:
         try:
             if (curves := curves_of(family.new(rng))) is not None:
-                found.append(curves)
+                result.append(curves)
         except (ValueError, FloatingPointError):  # no motion
             continue
-    shapes, durations, changes = (np.array(each) for each in zip(*found, strict=True))
+    shapes, durations, changes = (np.array(item) for item in zip(*result, strict=True))
     regressions = {}
     for motions in SETS:
         some = [MOTIONS.index(motion) for motion in motions]

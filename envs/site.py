@@ -33,16 +33,16 @@ def navigation(text: str) -> list[str]:
 
 def linked(pages: list[str]) -> set[Path]:
     """Return pages, what they link to or show, and so on, by paths from the project's folder."""
-    waiting, found = [ROOT / page for page in pages], set()
+    waiting, result = [ROOT / page for page in pages], set()
     while waiting:
         file = waiting.pop().resolve()
-        if file in found or not file.is_file():
+        if file in result or not file.is_file():
             continue
-        found.add(file)
+        result.add(file)
         if file.suffix == ".md":
             links = _LINK.findall(file.read_text(encoding="utf-8"))
             waiting += [file.parent / link for link in links]
-    return {file.relative_to(ROOT) for file in found}
+    return {file.relative_to(ROOT) for file in result}
 
 
 def public_modules() -> Iterator[tuple[str, list[str]]]:

@@ -48,7 +48,7 @@ def build(folder: Path, out: Path) -> tuple[Path, Path]:
 def metadata_of(wheel: Path):
     """Return the metadata of a wheel, by the names that its standard has for them."""
     with zipfile.ZipFile(wheel) as opened:
-        (name,) = (each for each in opened.namelist() if each.endswith(".dist-info/METADATA"))
+        (name,) = (item for item in opened.namelist() if item.endswith(".dist-info/METADATA"))
         return message_from_bytes(opened.read(name))
 
 
@@ -86,16 +86,16 @@ def asked(wheel: Path, *extras: str) -> set[str]:
     """Return the packages that a wheel asks for, with extras, and all that those need."""
     about = metadata_of(wheel)
     stated = [*map(Requirement, about.get_all("Requires-Dist"))]
-    found, tried, wanted = set(), set(), {"", *extras}
+    result, tried, wanted = set(), set(), {"", *extras}
     while wanted - tried:
         environments = [{"extra": extra} for extra in wanted]
         tried |= wanted
-        for each in stated:
-            if each.marker is None or any(map(each.marker.evaluate, environments)):
-                own = each.name == about["Name"]  # an extra that takes others
-                wanted = wanted | each.extras if own else wanted
-                found |= set() if own else {each.name}
-    return closure(found)
+        for item in stated:
+            if item.marker is None or any(map(item.marker.evaluate, environments)):
+                own = item.name == about["Name"]  # an extra that takes others
+                wanted = wanted | item.extras if own else wanted
+                result |= set() if own else {item.name}
+    return closure(result)
 
 
 def installed(wheel: Path, names: set[str], folder: Path, python: str = sys.executable) -> Path:
@@ -115,14 +115,14 @@ def _sizes(python: Path) -> str:
     """The size of what is installed, in MB, the largest first; without pip, which was there."""
     say = "import sysconfig; print(sysconfig.get_path('purelib'))"
     site = Path(run(python, "-c", say).strip())
-    found: dict[str, int] = {}
+    sizes: dict[str, int] = {}
     for file in site.rglob("*"):
         top = file.relative_to(site).parts[0]
         if file.is_file() and not top.startswith(("pip", "setuptools")):
-            found[top] = found.get(top, 0) + file.stat().st_size
-    rows = sorted(found.items(), key=lambda item: -item[1])
+            sizes[top] = sizes.get(top, 0) + file.stat().st_size
+    rows = sorted(sizes.items(), key=lambda item: -item[1])
     listed = ", ".join(f"{name} {size / 1e6:.0f}" for name, size in rows if size > 4e6)
-    return f"{sum(found.values()) / 1e6:.0f} MB installed: {listed}"
+    return f"{sum(sizes.values()) / 1e6:.0f} MB installed: {listed}"
 
 
 def _walked(python: Path) -> str:

@@ -75,15 +75,15 @@ def own_quantities(drive: Drive, motion: str, speeds: Sequence[Speed] = SPEEDS) 
         return (stop - begin, high - low) if stop > begin else (np.nan, np.nan)
 
     beyond = max(float(way.max() - stroke), 0.0)
-    found = {
+    quantities = {
         **{"stroke": stroke, "travel_time": between(Point(10.0, "%"), Point(90.0, "%"))[0]},
         **dict.fromkeys(("touch_time", "separation_time"), switching),
         **dict.fromkeys(("over_travel", "opening_over_travel"), beyond),
     }
     for speed in speeds:
         duration, way_between = between(speed.start, speed.end)
-        found[speed.name] = way_between / duration
-    return {name: found.get(name, np.nan) for name in quantities_of(motion, speeds)}
+        quantities[speed.name] = way_between / duration
+    return {name: quantities.get(name, np.nan) for name in quantities_of(motion, speeds)}
 
 
 def measure_drives(
@@ -121,13 +121,13 @@ def measure_drives(
             curve = quantum * stroke * np.round(curve / (quantum * stroke))
         sd = _CONTACT_SD * times
         contact = ContactTimes(switching + sd * rng.standard_normal(), sd)
-        found = measure_curve(time, curve, motion, contact=contact, speeds=speeds)
+        result = measure_curve(time, curve, motion, contact=contact, speeds=speeds)
         for name, modelled in zip(own, model, strict=True):
-            if name not in found:  # of the model alone
+            if name not in result:  # of the model alone
                 continue
             row = {"drive": number, "quantity": name, "own": own[name], "model": modelled}
-            row |= {"measured": found[name].value, "measured_sd": found[name].sd}
-            rows.append(row | {"reason": found[name].reason})
+            row |= {"measured": result[name].value, "measured_sd": result[name].sd}
+            rows.append(row | {"reason": result[name].reason})
     return pd.DataFrame(rows)
 
 
@@ -142,12 +142,12 @@ def main() -> None:
         for motion in MOTIONS:
             some = [drive.scaled(Size(*size)) for drive in drives]
             speeds = [speed.sized(Size(*size)) for speed in _SPEEDS]
-            found = measure_drives(some, motion, rng, speeds=speeds, **settings)
-            found["error"] = (found.measured - found.own) / found.measured_sd
-            for name, each in found.groupby("quantity", sort=False):
-                row = {"column": column, "motion": motion, "quantity": name, "drives": len(each)}
-                row |= {"shown": each.measured.notna().mean(), "sd": each.measured_sd.median()}
-                rows.append(row | {"mean_error": each.error.mean(), "sd_error": each.error.std()})
+            result = measure_drives(some, motion, rng, speeds=speeds, **settings)
+            result["error"] = (result.measured - result.own) / result.measured_sd
+            for name, item in result.groupby("quantity", sort=False):
+                row = {"column": column, "motion": motion, "quantity": name, "drives": len(item)}
+                row |= {"shown": item.measured.notna().mean(), "sd": item.measured_sd.median()}
+                rows.append(row | {"mean_error": item.error.mean(), "sd_error": item.error.std()})
     pd.DataFrame(rows).to_csv("docs/measuring.csv", index=False, float_format="%.3g")
 
 

@@ -89,7 +89,7 @@ class Other:
         while True:
             theta = prior.sample(1, rng)[0]
             more = dict.fromkeys(EFFECTS["all"], 0.0) | NOTHING
-            more |= {name: rng.uniform(*each) for name, each in EFFECTS[group].items()}
+            more |= {name: rng.uniform(*effect) for name, effect in EFFECTS[group].items()}
             more["preload"] *= theta[NAMES.index("f")]
             if (drive := cls(theta, more)).excess(theta[NAMES.index("L")])[0] > 0.02:
                 return drive
@@ -138,14 +138,14 @@ class Other:
         start = [rest, 0.0, gap + self.excess(rest)[1], 0.0]
         if motion == "closing":
             start = [0.0, 0.0, self.more["preload"] / (self.more["stop"] + k_b), 0.0]
-        found = solve_ivp(
+        result = solve_ivp(
             *(self.rates, (0.0, times[-1]), start, "LSODA"),
             **{"rtol": 1e-7, "atol": 1e-9, "max_step": 0.25, "dense_output": True},
             events=lambda time, state, *_: state[2] - gap,
             args=(motion == "closing", rest),
         )
-        switches = [each for each in found.t_events[0] if each > 1e-3]
-        curve = np.where(times < 0.0, start[0], found.sol(np.maximum(times, 0.0))[0])
+        switches = [event for event in result.t_events[0] if event > 1e-3]
+        curve = np.where(times < 0.0, start[0], result.sol(np.maximum(times, 0.0))[0])
         return curve, min(switches, default=np.nan)
 
     def curve(self, motion: str) -> Curve:
@@ -211,9 +211,9 @@ def levels(prior: Prior, config: dict, group: str, count: int) -> pd.DataFrame:
         for motions, lists in ((m, defaultdict(list)) for m in (*MOTIONS, "both")):
             answers = diagnosis.infer([r for r in records if motions in ("both", r.motion)])
             judge(answers, drive.theta, curves, lists)
-            for answer in (each for each in answers if each.draws is not None):
+            for answer in (item for item in answers if item.draws is not None):
                 motion = answer.record.motion
-                speed = next(each for each in answer.speeds if each.name == f"{motion}_speed")
+                speed = next(item for item in answer.speeds if item.name == f"{motion}_speed")
                 value, sd, _ = answer.measured[speed.name]
                 error = value - speed_of(curves[motion], speed.start.amount + speed.end.amount)
                 lists[speed.name].append((abs(error) <= 1.96 * sd, error, 1.96 * sd))
@@ -228,15 +228,15 @@ def levels(prior: Prior, config: dict, group: str, count: int) -> pd.DataFrame:
 
 def inspection(drive: Other, count: int, rng: np.random.Generator) -> dict:
     """Simulate the records of an inspection, by motion."""
-    found = {motion: [] for motion in MOTIONS}
+    result = {motion: [] for motion in MOTIONS}
     for motion in np.repeat(MOTIONS, count):
         theta = drive.theta.copy()
         for name, sd in SCATTER.items():
             theta[NAMES.index(name)] *= 1.0 + sd * rng.standard_normal()
         way = Other(theta, drive.more).travel(motion, TIMES - 0.3 * rng.standard_normal())[0]
         way = way + COMPARED_NOISE * rng.standard_normal(TIMES.size)
-        found[motion].append(raw_of(way if motion == "closing" else 3.0 - way, 0.2, LEAD, motion))
-    return found
+        result[motion].append(raw_of(way if motion == "closing" else 3.0 - way, 0.2, LEAD, motion))
+    return result
 
 
 def changes(prior: Prior, count: int, records: int = 3) -> pd.DataFrame:
@@ -256,12 +256,12 @@ def changes(prior: Prior, count: int, records: int = 3) -> pd.DataFrame:
         pair = Pair.of(*(inspection(state, records, rng) for state in (drive, later)))
         both = compare(pair, networks, rng)
         about = "change", "changed" if number % 2 else "unchanged"
-        for row in (each for each in both.rows if each.name in NAMES):
+        for row in (item for item in both.rows if item.name in NAMES):
             low, _, high = row.change
             truth = 100.0 * (factors[NAMES.index(row.name)] - 1.0)
             holds, said = low - 1e-9 <= truth <= high + 1e-9, row.changed
-            found = 0.5 * (high - low), truth != 0.0, said and truth != 0.0, said and truth == 0.0
-            rows.append((*about, row.name, holds, *found))
+            result = 0.5 * (high - low), truth != 0.0, said and truth != 0.0, said and truth == 0.0
+            rows.append((*about, row.name, holds, *result))
     columns = ["of", "drives", "name", "hold", "half_width", "truly_changed", "reported", "false"]
     parts = pd.DataFrame(rows, columns=columns).groupby(columns[:3])
     how = {"hold": "mean", "half_width": "median"} | dict.fromkeys(columns[5:], "sum")

@@ -90,13 +90,13 @@ class OtherLife:
     def at(self, level: float, scale: dict[str, float] | None = None) -> Other:
         """The drive at a wear, its parameters times one and a ``scale``."""
         theta, more = self.drive.theta.copy(), dict(self.drive.more)
-        for name, each in self.factors.items():
+        for name, factor in self.factors.items():
             if name in NAMES:
-                theta[NAMES.index(name)] *= 1.0 + level * each
+                theta[NAMES.index(name)] *= 1.0 + level * factor
             else:
-                more[name] *= 1.0 + level * each
-        for name, each in (scale or {}).items():
-            theta[NAMES.index(name)] *= 1.0 + each
+                more[name] *= 1.0 + level * factor
+        for name, item in (scale or {}).items():
+            theta[NAMES.index(name)] *= 1.0 + item
         return Other(theta, more)
 
 
@@ -112,16 +112,16 @@ class Curves:
             some, self.more[motion] = LEVELS[::6], {}
             for name, sd in SCATTER.items():
                 moved = [life.at(w, {name: sd}).travel(motion, FINE)[0] for w in some]
-                each = (np.array(moved) - curves[::6]) / sd
-                self.more[motion][name] = CubicSpline(some, each)
+                item = (np.array(moved) - curves[::6]) / sd
+                self.more[motion][name] = CubicSpline(some, item)
 
     def travel(
         self, motion: str, level: float, times: np.ndarray, scale: dict[str, float] | None = None
     ) -> np.ndarray:
         """Travel at times after the release, mm."""
         way = self.way[motion](level)
-        for name, each in (scale or {}).items():
-            way = way + each * self.more[motion][name](level)
+        for name, item in (scale or {}).items():
+            way = way + item * self.more[motion][name](level)
         return np.interp(times, FINE, way)
 
 
@@ -135,19 +135,19 @@ def truth_of(
         level = float(life.wear(operation))
         row = dict(zip(NAMES, life.at(level).theta, strict=True)) | {"operation": operation}
         for motion in MOTIONS:
-            found = measured(curves.travel(motion, level, times), motion)
-            row |= {f"{motion} {name}": each.value for name, each in found.items()}
+            truth = measured(curves.travel(motion, level, times), motion)
+            row |= {f"{motion} {name}": item.value for name, item in truth.items()}
         rows.append(row)
     return pd.DataFrame(rows).set_index("operation")
 
 
 def records_of(life: OtherLife, curves: Curves, operations: np.ndarray, rng) -> dict:
     """Functions of times that give the travel of each operation, by motion."""
-    found: dict[str, list] = {motion: [] for motion in MOTIONS}
+    records: dict[str, list] = {motion: [] for motion in MOTIONS}
     for operation in operations:
         level = float(life.wear(operation))
         scale = {name: sd * rng.standard_normal() for name, sd in SCATTER.items()}
         scale["gamma_a"] += life.season * np.sin(2.0 * np.pi * operation / YEAR)
-        for motion, each in found.items():
-            each.append(lambda times, m=motion, w=level, s=scale: curves.travel(m, w, times, s))
-    return found
+        for motion, item in records.items():
+            item.append(lambda times, m=motion, w=level, s=scale: curves.travel(m, w, times, s))
+    return records

@@ -73,20 +73,20 @@ def fit(lengths: np.ndarray, between: np.ndarray) -> tuple[np.ndarray, np.ndarra
     return line, residuals, np.array([np.sqrt(squares / free), low, high])
 
 
-def table(found: Mapping[float, ContactTimes]) -> list[str]:
+def table(result: Mapping[float, ContactTimes]) -> list[str]:
     """Return the lines of the page: a row for each contact, and the fit below."""
-    seen = {length: each for length, each in found.items() if np.isfinite(each.arcing)}
+    seen = {length: item for length, item in result.items() if np.isfinite(item.arcing)}
     lengths = np.array([*seen])
-    between = np.array([each.arcing - each.main for each in seen.values()])
+    between = np.array([item.arcing - item.main for item in seen.values()])
     (slope, _), residuals, (sd, low, high) = fit(lengths, between)
     off = dict(zip(seen, residuals, strict=True))
     lines = [*_HEAD]
-    for length, each in found.items():
-        cells = ["", each.why, "", ""]
+    for length, item in result.items():
+        cells = ["", item.why, "", ""]
         if length in seen:
-            pairs = (each.main, each.main_sd), (each.arcing, each.arcing_sd)
+            pairs = (item.main, item.main_sd), (item.arcing, item.arcing_sd)
             cells = [f"{value:.2f} ± {error:.2f}" for value, error in pairs]
-            cells += [f"{each.arcing - each.main:.2f}", f"{off[length]:+.2f}"]
+            cells += [f"{item.arcing - item.main:.2f}", f"{off[length]:+.2f}"]
         lines.append(f"| {length:g} | {' | '.join(cells)} |")
     share = float(np.corrcoef(lengths, between)[0, 1])
     fitted = (
@@ -100,8 +100,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog="python -m studies.resistance", description=__doc__)
     parser.add_argument("file", type=Path, help="CSV of openings of contacts of known length")
     openings = read(parser.parse_args(arguments).file)
-    found = {length: separations(*each) for length, each in openings.items()}
-    print("\n".join(table(found)))
+    result = {length: separations(*opening) for length, opening in openings.items()}
+    print("\n".join(table(result)))
     return 0
 
 

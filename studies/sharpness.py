@@ -43,10 +43,10 @@ def main() -> None:
         table["unchanged"] = (np.abs(data.draws) < 1e-3).mean(["curve", "draw"]).values
         about = {"network": "changes", "motions": "both", "drives": some.sizes["drive"]}
         tables.append(table.assign(wear=kind, **about))
-    found = pd.concat(tables).drop(columns=["calibration_p", "calibrated"])
-    found = found[found.output.isin(NAMES) | found.output.str.contains("touch|part")]
-    print(found.to_string(index=False))
-    found.to_csv("docs/sharpness.csv", index=False, float_format="%.3g")
+    result = pd.concat(tables).drop(columns=["calibration_p", "calibrated"])
+    result = result[result.output.isin(NAMES) | result.output.str.contains("touch|part")]
+    print(result.to_string(index=False))
+    result.to_csv("docs/sharpness.csv", index=False, float_format="%.3g")
 
 
 if __name__ == "__main__":

@@ -29,8 +29,8 @@ def life_of(operation, asked, limits, parts, changes, values, attrs):
     size = len(parts["limit"])
     data = {"new": np.zeros(size)} | values
     return xr.Dataset(
-        {name: (_DIMS[name], each) for name, each in data.items()}
-        | {name: ("change", each) for name, each in changes.items()},
+        {name: (_DIMS[name], item) for name, item in data.items()}
+        | {name: ("change", change) for name, change in changes.items()},
         {
             "operation": operation,
             "asked": asked,
@@ -40,7 +40,7 @@ def life_of(operation, asked, limits, parts, changes, values, attrs):
             "limit": list(limits),
             "words": ("limit", list(limits.values())),
         }
-        | {f"part_{name}": ("part", list(each)) for name, each in parts.items()},
+        | {f"part_{name}": ("part", list(part)) for name, part in parts.items()},
         attrs,
     )
 

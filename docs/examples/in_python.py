@@ -4,7 +4,7 @@ Lengths are in mm and times in ms. The network is smaller than the default one. 
 is far from exact, but its draws are good enough to start the correction.
 """
 
-from breaker.common.computing import set_threads
+from breaker.common.compiling import set_threads
 from breaker.common.randomness import generator
 from breaker.configuration.loading import load
 from breaker.networks.training import Trainer

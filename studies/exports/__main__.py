@@ -25,8 +25,8 @@ TIMED += ["bounce_time", "arcing_wipe"]
 
 def part(text: str, head: str) -> list[str]:
     """Return the lines of a text below a heading, up to an empty one."""
-    found = re.search(rf"^  {head}.*\n((?:.+\n)*)", text, re.MULTILINE)
-    return found[1].splitlines() if found else []
+    match = re.search(rf"^  {head}.*\n((?:.+\n)*)", text, re.MULTILINE)
+    return match[1].splitlines() if match else []
 
 
 def read_inspection(text: str, truth: dict) -> dict:
@@ -35,20 +35,20 @@ def read_inspection(text: str, truth: dict) -> dict:
     motion = r"(closing|opening)"
     document: dict = {"columns": [], "moves": []}
     for line in part(text, "column +motion +first"):
-        found = re.match(rf"  (.+?)\s+{motion}\s.*\saccepted", line)
-        if found:
-            own = [name for name in names if name and found[1].startswith(name)]
-            document["moves"].append([max(own, key=len, default=found[1]), found[2]])
+        result = re.match(rf"  (.+?)\s+{motion}\s.*\saccepted", line)
+        if result:
+            own = [name for name in names if name and result[1].startswith(name)]
+            document["moves"].append([max(own, key=len, default=result[1]), result[2]])
     for line in part(text, "contacts and coils"):
-        found = re.match(rf"  (.+?)\s+{motion}\s\s\s(.*)", line)
-        if found:
-            cells = [c.strip() or None for c in re.split(r"\s{2,}", found[3])][:2]
+        result = re.match(rf"  (.+?)\s+{motion}\s\s\s(.*)", line)
+        if result:
+            cells = [c.strip() or None for c in re.split(r"\s{2,}", result[3])][:2]
             cells = [cells[0], None] if len(cells) == 1 else cells
             cells = [
                 (cell and re.split(", (?:test current|not|motor) ", cell)[0]) or None
                 for cell in cells
             ]
-            document["columns"].append([names.get(found[1], found[1]), found[2], *cells])
+            document["columns"].append([names.get(result[1], result[1]), result[2], *cells])
     return document
 
 
@@ -85,14 +85,14 @@ def ask(path: Path, truth: dict, folder: Path) -> tuple[dict, list[str]]:
             options = ["--channel", column, *only, "--json", "--config", layout, own]
             status, text, err = call("infer", path, *options)
             try:
-                found = json.loads(text)["records"]
+                result = json.loads(text)["records"]
             except (json.JSONDecodeError, KeyError):
                 failures.append(f"infer: {status} {err}")
                 crashed = "Traceback" in f"{status}"
                 document["refused"] += [[column, motion] for motion in motions] * (not crashed)
                 continue
-            document["records"] += [record | {"channel": column} for record in found]
-            rejected = [record for record in found if not record["accepted"]]
+            document["records"] += [record | {"channel": column} for record in result]
+            rejected = [record for record in result if not record["accepted"]]
             document["refused"] += [[column, record["motion"]] for record in rejected]
             failures += [f"rejected: {record['reason']['text']}" for record in rejected]
     return document, failures

@@ -49,15 +49,15 @@ def true_speeds(move: dict, meaning: str) -> list[float]:
     """Return the true speeds in the sheet's zone, or some mm before touch or after separation."""
     if "of stroke" in meaning or "mm from" in meaning:
         return [m["speed"] for m in (move, move["shown"])]
-    found = re.search(r"([\d.]+) (mm|ms) (before|after)", meaning)
-    if move["contact"] is None or not found:
+    match = re.search(r"([\d.]+) (mm|ms) (before|after)", meaning)
+    if move["contact"] is None or not match:
         return []
-    sign = -1 if found[3] == "before" else 1
-    at, far, speeds = move["contact"] - move["first"], sign * float(found[1]), []
+    sign = -1 if match[3] == "before" else 1
+    at, far, speeds = move["contact"] - move["first"], sign * float(match[1]), []
     for curve in (move, move["shown"]):
         times, ways = curve["crossings"], np.arange(100) / 100 * curve["stroke"]
         way = np.interp(at, times, ways)
-        there = np.interp(way + far, ways, times) if found[2] == "mm" else at + far
+        there = np.interp(way + far, ways, times) if match[2] == "mm" else at + far
         speeds.append(float((np.interp(there, times, ways) - way) / (there - at)))
     return speeds
 
@@ -88,7 +88,7 @@ def true_values(move: dict, kind: str, quantities: dict) -> dict[str, tuple[list
     speed = f"{motion}_speed"
     near = true_speeds(move, (quantities.get(speed) or {}).get("meaning") or "")
     event = "touch_time" if motion == "closing" else "separation_time"
-    found = {
+    values = {
         "stroke": ([m["stroke"] for m in (move, shown)], 0.01 * stroke),
         "travel_time": ([m["travel_time"] for m in (move, shown)], _LATE),
         over: ([m["over_travel"] for m in (move, shown)], 0.01 * stroke),
@@ -102,11 +102,11 @@ def true_values(move: dict, kind: str, quantities: dict) -> dict[str, tuple[list
         f"{motion}_wipe": (wipes, 0.01 * stroke),
     }
     if motion == "closing":
-        found["bounce_time"] = ([None] * (kind == "resistance alone") + [move["bounce"]], _LATE)
+        values["bounce_time"] = ([None] * (kind == "resistance alone") + [move["bounce"]], _LATE)
     for name, percent in SHARES.items():
         crossed = [since(on, first + m["crossings"][percent]) for m in (move, shown)]
-        found[name] = (crossed if on is not None else [None], _LATE)
-    return found
+        values[name] = (crossed if on is not None else [None], _LATE)
+    return values
 
 
 def score_motion(truth: dict, column: str, move: dict, record: dict | None, refused: bool):

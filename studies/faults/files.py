@@ -34,7 +34,7 @@ def kind(damage: Damage) -> Damage:
 
 def _lines(content: bytes) -> tuple[list[bytes], bytes]:
     """Lines, and what ends them; a byte order or its zeros stay with the lines."""
-    end = next((each for each in (b"\r\n", b"\n") if each in content), b"\r")
+    end = next((name for name in (b"\r\n", b"\n") if name in content), b"\r")
     return content.split(end), end
 
 
@@ -67,11 +67,11 @@ def _in_cells(change: Callable[[bytes, np.random.Generator], bytes]) -> Damage:
     """Damage to numbers of the file, from the change of one of them."""
 
     def damage(content: bytes, rng: np.random.Generator) -> bytes:
-        found = list(_CELL.finditer(content))
+        result = list(_CELL.finditer(content))
         parts, end = [], 0
-        for i in _some(rng, len(found)) if rng.random() < 0.3 else [rng.integers(len(found))]:
-            parts += [content[end : found[i].start()], change(found[i].group(), rng)]
-            end = found[i].end()
+        for i in _some(rng, len(result)) if rng.random() < 0.3 else [rng.integers(len(result))]:
+            parts += [content[end : result[i].start()], change(result[i].group(), rng)]
+            end = result[i].end()
         return b"".join([*parts, content[end:]])
 
     damage.__name__, damage.__doc__ = change.__name__, change.__doc__
@@ -90,7 +90,7 @@ def odd_numbers(number: bytes, rng: np.random.Generator) -> bytes:
 @_in_cells
 def digits_changed(number: bytes, rng: np.random.Generator) -> bytes:
     """A digit of a number is another, or two change places."""
-    digits = [i for i, each in enumerate(number) if chr(each).isdigit()]
+    digits = [i for i, item in enumerate(number) if chr(item).isdigit()]
     i, j = rng.choice(digits, 2)
     changed = bytearray(number)
     changed[i], changed[j] = changed[j], changed[i]

@@ -46,7 +46,7 @@ def test_a_record_is_damaged(kind, travel):
 def test_a_file_is_damaged(kind, content):
     damaged = [TEXT[kind](content, generator(2, kind, number)) for number in range(DRAWS)]
     assert damaged == [TEXT[kind](content, generator(2, kind, i)) for i in range(DRAWS)]
-    assert sum(each != content for each in damaged) >= DRAWS / 2
+    assert sum(item != content for item in damaged) >= DRAWS / 2
 
 
 def test_severity_is_spread(travel):

@@ -22,17 +22,17 @@ def small(tmp_path, monkeypatch):
 
 def test_both_networks_are_trained_once_and_judged_by_the_same_curves(small, monkeypatch):
     study.main()
-    found = pd.read_csv(study.TABLE).set_index(["network", "quantity"])
-    assert found.population.nunique() == 1
+    result = pd.read_csv(study.TABLE).set_index(["network", "quantity"])
+    assert result.population.nunique() == 1
     for network in study.NETWORKS:
-        quantities = found.loc[network]
+        quantities = result.loc[network]
         assert {f"p_value_{k}" for k in range(1, 8)} < set(quantities.index)
         assert "p_value_8" not in quantities.index  # no onset in the paper's setting
         assert quantities.n[["log_density", "lost", "divergence"]].tolist() == [600, 600, 5]
         assert quantities.n["p_value"] == 40
         assert (quantities.value[["draws_per_second", "training_seconds"]] > 0).all()
-    lost = found.loc["flow_matching"].loc["lost"]
-    densities = found.xs("log_density", level=1).value
+    lost = result.loc["flow_matching"].loc["lost"]
+    densities = result.xs("log_density", level=1).value
     assert lost.value == pytest.approx(
         densities["coupling_flow"] - densities["flow_matching"], abs=0.02
     )
@@ -55,8 +55,8 @@ def test_rows_have_means_with_intervals_of_95_percent():
         "divergence": np.full(4, 0.03),
     }
     worse = numbers | {"log_density": numbers["log_density"] - 0.25}
-    found = study.table("some", {"coupling_flow": numbers, "flow_matching": worse})
-    rows = found.set_index(["network", "quantity"]).loc["flow_matching"]
+    result = study.table("some", {"coupling_flow": numbers, "flow_matching": worse})
+    rows = result.set_index(["network", "quantity"]).loc["flow_matching"]
     assert rows.loc["lost", ["value", "low", "high"]].tolist() == pytest.approx([0.25] * 3)
     assert rows.value["p_value"] == pytest.approx(0.02)
     assert rows.n[["divergence", "p_value"]].tolist() == [4, 9]

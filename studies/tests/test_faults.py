@@ -39,10 +39,10 @@ def test_what_is_far_off_is_wrong(good, by):
 
 def test_outcomes(good, monkeypatch, tmp_path):
     def outcome(*, shift=0.0, **values):
-        found = {"accepted": True, "reason": "", "remarks": "", "masked": 0, **values}
+        result = {"accepted": True, "reason": "", "remarks": "", "masked": 0, **values}
         curves = xr.Dataset(
             {"travel": (("operation", "time"), good.record[None] + shift)}
-            | {name: ("operation", [value]) for name, value in found.items()}
+            | {name: ("operation", [value]) for name, value in result.items()}
         )
         monkeypatch.setattr(judging, "read_curves", lambda *args, **kwargs: curves)
         return judge(tmp_path / "a.csv", good)[0]
@@ -100,8 +100,8 @@ def test_the_reader_notices_damage(trials):
 
 def test_a_seed_repeats_its_trials(trials):
     again = [try_kind(kind, 0, SEED) for kind in KINDS]
-    assert [each[:-1] for each in again] == [each[:-1] for each in trials if each.number == 0]
-    assert [each.kind for each in again] == KINDS
+    assert [item[:-1] for item in again] == [trial[:-1] for trial in trials if trial.number == 0]
+    assert [item.kind for item in again] == KINDS
 
 
 def no_doubts(travel, *_):
@@ -125,7 +125,7 @@ SEE_SPIKES = {
         ({"doubtful_samples": no_doubts}, "blocks swapped"),
         (SEE_SPIKES, "spikes"),
     ],
-    ids=lambda each: each if isinstance(each, str) else None,
+    ids=lambda item: item if isinstance(item, str) else None,
 )
 def test_a_reader_without_a_stage_is_caught(stages, kind, few_good_files, monkeypatch):
     def silent():
@@ -134,7 +134,7 @@ def test_a_reader_without_a_stage_is_caught(stages, kind, few_good_files, monkey
     whole = silent()
     for stage, without in stages.items():
         place = next(
-            each for each in (curves, reader, record, measurements) if hasattr(each, stage)
+            item for item in (curves, reader, record, measurements) if hasattr(item, stage)
         )
         monkeypatch.setattr(place, stage, without)
     assert silent() >= whole + 3

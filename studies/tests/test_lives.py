@@ -56,11 +56,11 @@ def test_a_life_that_is_never_serviced_fails():
     lives = pd.DataFrame({"fails": [100.0, 100.0, 200.0], "service": [90.0, np.inf, 150.0]})
     lives[["first", "known", "records", "count", "moves"]] = [50.0, True, 10, 0, 1]
     lives["shown"] = [120.0, np.inf, 100.0]
-    found = planned_of(lives)
-    assert found["serviced in time"] == 2.0 / 3.0
-    assert found["serviced before records show it"] == 2.0 / 3.0
-    assert found["share of the life given away"] == pytest.approx(0.175)
-    assert found["rows with service_by behind the 5 % quantile"] == 0.0
+    result = planned_of(lives)
+    assert result["serviced in time"] == 2.0 / 3.0
+    assert result["serviced before records show it"] == 2.0 / 3.0
+    assert result["share of the life given away"] == pytest.approx(0.175)
+    assert result["rows with service_by behind the 5 % quantile"] == 0.0
 
 
 def test_records_show_a_limit_beyond_once_their_median_is():
@@ -90,8 +90,8 @@ def test_a_false_alarm_counts_with_the_time_before_it():
         {"operation": operations, "asked": operations},
         {"reported_from": 100},
     )
-    found = pd.DataFrame(alarms_of(data, {"monitoring": stands})).set_index("names")
-    assert found.operation.to_dict() == {"planned": 200, "due": 200, "worn": 390, "change": 390}
-    assert np.isfinite(found["first"]).to_dict() == {
+    result = pd.DataFrame(alarms_of(data, {"monitoring": stands})).set_index("names")
+    assert result.operation.to_dict() == {"planned": 200, "due": 200, "worn": 390, "change": 390}
+    assert np.isfinite(result["first"]).to_dict() == {
         "planned": True, "due": True, "worn": False, "change": False
     }  # fmt: skip

@@ -32,7 +32,7 @@ def test_own_quantities_of_a_drive_of_the_model(prior, defaults, motion):
     """Read from its motion, integrated in steps, they are those of the exact curve."""
     family = Family(prior, {**family_of(HELD_BACK), "strength": 0.0})
     drive = family.new(generator(1, "test", "own", motion)).scaled(Size(3.0, 2.0))
-    speeds = tuple(each.sized(Size(3.0, 2.0)) for each in SPEEDS)
+    speeds = tuple(speed.sized(Size(3.0, 2.0)) for speed in SPEEDS)
     own = own_quantities(drive, motion, speeds)
     exact = evaluate(list(own), np.array([drive.theta]), motion, speeds)[0]
     assert list(own) == list(quantities_of(motion, SPEEDS))
@@ -49,8 +49,8 @@ def test_records_show_what_the_drive_does_and_not_what_the_model_says(family, mo
     drives' slow approach to rest makes some larger, which the factor allows for.
     """
     rng = generator(2, "test", "measured", motion)
-    found = measure_drives([family.new(rng) for _ in range(20)], motion, rng, speeds=SPEEDS)
-    shown = found[found.measured.notna() & found.own.notna()]
+    result = measure_drives([family.new(rng) for _ in range(20)], motion, rng, speeds=SPEEDS)
+    shown = result[result.measured.notna() & result.own.notna()]
     for name, rows in shown.groupby("quantity"):
         square = np.sum(((rows.measured - rows.own) / rows.measured_sd) ** 2)
         assert square < 1.6 * chi2.isf(1e-5, len(rows)), name
@@ -58,4 +58,4 @@ def test_records_show_what_the_drive_does_and_not_what_the_model_says(family, mo
     assert len(stroke) >= 15
     off = np.sum(((stroke.measured - stroke.model) / stroke.measured_sd) ** 2)
     assert off > 10.0 * chi2.isf(1e-5, len(stroke))
-    assert (found[found.measured.isna()].reason != "").all()
+    assert (result[result.measured.isna()].reason != "").all()

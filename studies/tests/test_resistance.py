@@ -32,9 +32,9 @@ def test_the_length_follows_from_the_times(tmp_path, capsys):
 @pytest.mark.parametrize("cut", [5.0, 10.0])
 def test_separations_of_a_resistance(step, cut):
     case = Case(np.random.default_rng(5), step=step, cut=cut, main=55.2, arcing=72.6)
-    found = resistance.separations(case.time, case.resistance())
-    assert found.main == pytest.approx(case.main, abs=4.0 * found.main_sd)
-    assert found.arcing == pytest.approx(case.arcing, abs=4.0 * found.arcing_sd)
+    result = resistance.separations(case.time, case.resistance())
+    assert result.main == pytest.approx(case.main, abs=4.0 * result.main_sd)
+    assert result.arcing == pytest.approx(case.arcing, abs=4.0 * result.arcing_sd)
     seen = case.time < case.arcing - 1.5  # the record ends before
     short = resistance.separations(case.time[seen], case.resistance()[seen])
     assert np.isnan(short.arcing)

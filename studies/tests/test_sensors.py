@@ -19,7 +19,7 @@ def test_sensors_round_and_colour(sensor):
     np.testing.assert_allclose(rounded / 0.25, np.round(rounded / 0.25), atol=1e-9)
     drawn = [Reading.draw(rng) for _ in range(400)]
     # Shares of 400 within four standard errors: false-alarm probability 1e-4.
-    assert np.mean([each.quantum > 0 for each in drawn]) == pytest.approx(0.5, abs=0.1)
-    assert np.mean([each.colour > 0 for each in drawn]) == pytest.approx(0.25, abs=0.09)
-    quanta = [each.quantum for each in drawn if each.quantum]
+    assert np.mean([item.quantum > 0 for item in drawn]) == pytest.approx(0.5, abs=0.1)
+    assert np.mean([item.colour > 0 for item in drawn]) == pytest.approx(0.25, abs=0.09)
+    quanta = [item.quantum for item in drawn if item.quantum]
     assert 0.05 <= min(quanta) < max(quanta) <= 0.3

@@ -70,13 +70,13 @@ class Browser:
     def find(self, selector: str) -> str:
         """An element by its CSS selector, once it is there."""
 
-        def found():
+        def result():
             try:
                 return self._ask("/element", {"using": "css selector", "value": selector})
             except OSError:
                 return None
 
-        return self.until(found, selector)[_ELEMENT]
+        return self.until(result, selector)[_ELEMENT]
 
     def click(self, selector: str) -> None:
         """Click on an element."""
@@ -141,15 +141,15 @@ class Browser:
 
     def requests(self) -> list[str]:
         """Addresses that pages asked for since this was last asked."""
-        found = (json.loads(each["message"])["message"] for each in self.log("performance"))
-        sent = (each for each in found if each["method"] == "Network.requestWillBeSent")
-        return [each["params"]["request"]["url"] for each in sent]
+        result = (json.loads(item["message"])["message"] for item in self.log("performance"))
+        sent = (item for item in result if item["method"] == "Network.requestWillBeSent")
+        return [item["params"]["request"]["url"] for item in sent]
 
     @staticmethod
-    def until(found, what: str, most: float = 120.0):
+    def until(result, what: str, most: float = 120.0):
         """What is found, once it is."""
         end = time.monotonic() + most
-        while not (value := found()):
+        while not (value := result()):
             if time.monotonic() > end:
                 raise AssertionError(f"{what} did not come in {most:.0f} s")
             time.sleep(0.05)

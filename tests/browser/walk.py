@@ -52,7 +52,9 @@ def exports(folder: Path) -> Path:
             pole(folder / f"bay{k}_{phase}.csv", phase, seed, stroke=178.0 - 3.0 * k, **about)
     odd = folder / "life_09.csv"
     odd.write_text(odd.read_text("latin-1").replace("Coil 6 (A)", f"{ODD} (A)"), "latin-1")
-    samples = [each.split(",")[6:8] for each in odd.read_text("latin-1").splitlines()[44:]]
+    samples = [
+        splitline.split(",")[6:8] for splitline in odd.read_text("latin-1").splitlines()[44:]
+    ]
     (folder / "unknown.txt").write_text("\n".join(["p1;p2", *map(";".join, samples), ""]))
     return folder
 
@@ -183,13 +185,15 @@ def accessible(browser: Browser, what: str) -> None:
         print(f"{what}: axe-core is not here, so accessibility is not checked: make test-browser")
         return
     browser.run(AXE.read_text(encoding="utf-8"))
-    found = browser.run_until(
+    result = browser.run_until(
         "const done = arguments[0];"
         "axe.run(document, { resultTypes: ['violations'] }).then((r) => done(r.violations.map("
         "(each) => [each.impact, each.id, each.nodes.map((n) => n.target.join(' ')).slice(0, 4)])))"
     )
-    grave = [each for each in found if each[0] in ("serious", "critical")]
-    print(f"{what}: {len(grave)} serious findings of axe, {len(found) - len(grave)} others {found}")
+    grave = [item for item in result if item[0] in ("serious", "critical")]
+    print(
+        f"{what}: {len(grave)} serious findings of axe, {len(result) - len(grave)} others {result}"
+    )
     GRAVE.extend(grave)
 
 
@@ -197,10 +201,10 @@ def sound(browser: Browser, address: str) -> None:
     """No script failed, nothing was asked of elsewhere, and each field has a label."""
     own = address.partition("/?")[0]
     here = (own, "data:", "blob:", "chrome")
-    elsewhere = [each for each in browser.requests() if not each.startswith(here)]
+    elsewhere = [request for request in browser.requests() if not request.startswith(here)]
     assert not elsewhere, elsewhere
     failed = [e["message"] for e in browser.log("browser") if e["level"] == "SEVERE"]
-    failed = [each for each in failed if " 409 " not in each]  # of a page whose limits changed
+    failed = [item for item in failed if " 409 " not in item]  # of a page whose limits changed
     assert not failed, failed
     assert browser.run(
         "return [...document.querySelectorAll('main input, main select')].every("

@@ -176,7 +176,7 @@ def test_a_time_at_the_estimated_contact_gets_no_verdict(inspection, capsys):
     limit, _ = estimated["limits"]
     assert (limit["verdict"], limit["reason"]["code"]) == ("inconclusive", "no-contact-channel")
     assert measured["quantities"]["closing_time"]["source"] == "measured"
-    assert [each["verdict"] for each in measured["limits"]] == ["pass", "pass"]  # 0 <= 0
+    assert [item["verdict"] for item in measured["limits"]] == ["pass", "pass"]  # 0 <= 0
 
 
 # ---- poles in files of their own ----------------------------------------------------------------

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from numba.core import caching
 
-from breaker.common.computing import compiled
+from breaker.common.compiling import compiled
 
 
 def half(x):

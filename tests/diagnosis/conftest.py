@@ -28,8 +28,8 @@ def records(tmp_path_factory, prior):
     for name, motions in {"both.csv": ["closing", "opening"], "a.csv": ["closing"]}.items():
         written(folder / name, prior, *motions)
     files = ["both.csv", "a.csv", "gone.csv"]
-    found = [Operation(k, folder / name, phase="L1") for k, name in enumerate(files, start=1)]
-    return read_operations({ANY: found}, {})
+    result = [Operation(k, folder / name, phase="L1") for k, name in enumerate(files, start=1)]
+    return read_operations({ANY: result}, {})
 
 
 @pytest.fixture(scope="package")

@@ -26,7 +26,7 @@ def test_an_answer_has_each_motion_next_to_the_nearest_shape(answers, places, ch
     some = [replace(answers[k], **change) for k in places]
     figure = answer(some, Given().sample_prior(some[0], 200, np.random.default_rng(1)))
     assert_drawn(figure)
-    columns = len({each.record.motion for each in some})
+    columns = len({item.record.motion for item in some})
     assert len(figure.axes) == 2 * columns + len(NAMES) + 1
     for above, below in zip(figure.axes[:columns], figure.axes[columns:], strict=False):
         record, nearest, left = (
@@ -55,8 +55,8 @@ def channel(estimate, phase, kinds=(), size=np.nan, **change):
 
 
 def panel(estimates, good=()):
-    records = [each.record for each in estimates]
-    return Panel(NAME, estimates, overlaid(records, [each.record for each in good]))
+    records = [estimate.record for estimate in estimates]
+    return Panel(NAME, estimates, overlaid(records, [item.record for item in good]))
 
 
 @pytest.mark.parametrize("channels", [1, 6])
@@ -69,7 +69,7 @@ def test_pictures_have_all_channels_in_panels_of_60_mm(answers, channels):
         assert_drawn(figure)
         (axis,) = figure.axes
         texts = [*figure.legends[0].get_texts(), axis.xaxis.label, axis.yaxis.label]
-        assert min(each.get_fontsize() for each in [*texts, *axis.get_yticklabels()]) >= 9.0
+        assert min(text.get_fontsize() for text in [*texts, *axis.get_yticklabels()]) >= 9.0
         assert figure.get_figwidth() <= 180.0 / 25.4  # between the margins of a page
         assert axis.get_position().height * figure.get_figheight() >= 60.0 / 25.4
 

@@ -71,8 +71,8 @@ def test_the_sensor_has_a_grid_within_the_records(tmp_path, fit, shape, stroke, 
     assert sensor["stop"] > closing
     grid = Grid(np.linspace(sensor["start"], sensor["stop"], sensor["samples"]))
     for motion in BEGINS:
-        found = list_operations(folder, motion)
-        curves = read_curves(found, config["endurance"]["format"], grid, motion)
+        result = list_operations(folder, motion)
+        curves = read_curves(result, config["endurance"]["format"], grid, motion)
         assert curves.accepted.all(), curves.reason.values
         assert curves.missing.max() == 0
     assert lines["endurance"] == {"format": {"zero": "rest"}}

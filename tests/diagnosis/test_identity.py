@@ -30,7 +30,7 @@ def test_a_copy_counts_once_and_is_named():
     first, again, *others = without_copies(
         [record(1), record(2, seed=1), *map(record, range(3, 9))]
     )
-    assert not any(each.reason for each in (first, *others))
+    assert not any(item.reason for item in (first, *others))
     assert again.reason.code == "copy"
     assert again.reason.values == {"name": "2.csv", "other": "1.csv"}
     poles = without_copies([record(1, seed=7, phase=phase) for phase in "RYB"])

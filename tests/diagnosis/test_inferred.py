@@ -25,7 +25,7 @@ from tests.raws import smooth
 
 def test_both_motions_of_an_operation_share_their_draws(answers):
     both, alone, gone, opening = answers
-    assert [each.record.motion for each in answers] == ["closing"] * 3 + ["opening"]
+    assert [answer.record.motion for answer in answers] == ["closing"] * 3 + ["opening"]
     assert both.draws.theta is opening.draws.theta
     assert both.motions == opening.motions == ("closing", "opening")
     assert alone.motions == ("closing",)
@@ -98,9 +98,9 @@ def test_a_known_value_narrows_its_quantity(infer, records, name, value, sd):
 def test_the_spring_compression_is_the_stroke_at_rest_less_the_gap(tmp_path, prior, infer, records):
     """Of an opening that swings still at the end of what networks see, too."""
     closing, *_, opening = infer()
-    for each in (closing, opening):
-        assert np.median(each.inferred("spring_compression")) == pytest.approx(
-            closing.measured["stroke"].value - np.median(each.inferred("L")), abs=0.05
+    for item in (closing, opening):
+        assert np.median(item.inferred("spring_compression")) == pytest.approx(
+            closing.measured["stroke"].value - np.median(item.inferred("L")), abs=0.05
         )
     swinging = Prior(prior.medians * [1, 1, 1, 0.7, 1, 1, 1], prior.log_sds)
     file = tmp_path / "opening.csv"
@@ -120,18 +120,18 @@ def test_each_time_of_a_contact_has_one_zero_whether_it_was_recorded_or_not(infe
     """
     (seen,) = infer(some=[timed(TOUCH)])
     said = result_of([seen, answers[0]])["records"]
-    recorded, inferred = (each["quantities"]["touch_time"] for each in said)
+    recorded, inferred = (item["quantities"]["touch_time"] for item in said)
     assert abs(said[0]["fit"]["contact_deviation"]) < inference.SURPRISING
     assert (recorded["source"], inferred["source"]) == ("measured", "mixed")
-    halves = [np.ptp(each["interval_95"]) / 2.0 for each in (recorded, inferred)]
+    halves = [np.ptp(item["interval_95"]) / 2.0 for item in (recorded, inferred)]
     assert abs(recorded["median"] - inferred["median"]) < sum(halves)
-    for each, entry in zip((seen, answers[0]), said, strict=True):
-        moves = each.record.tenth - each.record.raw.moves
+    for item, entry in zip((seen, answers[0]), said, strict=True):
+        moves = item.record.tenth - item.record.raw.moves
         names = ("touch_from10", "release_from10", "touch_after_release")
         touch, release, after = (entry["quantities"][name]["median"] for name in names)
         assert after == pytest.approx(touch - release, abs=0.2)
         np.testing.assert_allclose(
-            each.inferred("touch_time"), moves + each.draws.switching["closing"]
+            item.inferred("touch_time"), moves + item.draws.switching["closing"]
         )
 
 
@@ -177,8 +177,8 @@ def test_draws_that_know_nothing_become_the_prior_of_ones_own(levels, size_known
 
 
 def test_nothing_is_inferred_out_of_the_family(infer, levels):
-    found = infer(families=[replace(levels, members={m: Never() for m in ("closing", "opening")})])
-    out = found[0]
+    result = infer(families=[replace(levels, members={m: Never() for m in ("closing", "opening")})])
+    out = result[0]
     assert out.misfit
     assert out.draws is None
     assert np.isfinite(out.measured["stroke"].value)
@@ -197,11 +197,11 @@ def test_motions_that_contradict_each_other_are_inferred_apart(tmp_path, prior, 
     files = {"closing": tmp_path / "closing.csv", "opening": tmp_path / "opening.csv"}
     for (motion, file), drive in zip(files.items(), (prior, other), strict=True):
         written(file, drive, motion)
-    found = {motion: [Operation(1, file)] for motion, file in files.items()}
-    closing, opening = infer(some=read_operations(found, {}))
+    result = {motion: [Operation(1, file)] for motion, file in files.items()}
+    closing, opening = infer(some=read_operations(result, {}))
     assert (closing.motions, opening.motions) == (("closing",), ("opening",))
-    for each in (closing, opening):
-        assert "motions-contradict" in codes(each)
+    for item in (closing, opening):
+        assert "motions-contradict" in codes(item)
 
 
 def test_no_draw_has_a_gap_beyond_the_stroke_or_a_contact_beyond_the_rest(answers):

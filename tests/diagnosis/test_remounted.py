@@ -34,7 +34,7 @@ def inspection(folder, theta, rng, slack=0.0, zero=0.0):
 
 @pytest.fixture
 def compared(tmp_path, prior, defaults):
-    def found(change=(), before=0.0, today=0.0, zero=0.0):
+    def result(change=(), before=0.0, today=0.0, zero=0.0):
         rng, theta = np.random.default_rng(1), prior.medians.copy()
         first = inspection(tmp_path / "before", theta, rng, before)
         for place, factor in change:
@@ -42,14 +42,14 @@ def compared(tmp_path, prior, defaults):
         second = inspection(tmp_path / "today", theta, rng, today, zero)
         return compare_inspections(Diagnosis(defaults), {"before": first, "today": second})
 
-    return found
+    return result
 
 
 def test_slack_of_the_transducer_is_a_difference_of_the_setup(compared):
-    found = compared(today=0.4)
-    assert [each.code for each in found.differences] == ["other-slack"] * 2
-    assert [each.values["motion"] for each in found.differences] == [*MOTIONS]
-    assert (found.state, found.reported) == ("different_setup", [])
+    result = compared(today=0.4)
+    assert [difference.code for difference in result.differences] == ["other-slack"] * 2
+    assert [difference.values["motion"] for difference in result.differences] == [*MOTIONS]
+    assert (result.state, result.reported) == ("different_setup", [])
 
 
 @pytest.mark.parametrize(
@@ -63,4 +63,4 @@ def test_slack_of_the_transducer_is_a_difference_of_the_setup(compared):
 )
 def test_wear_and_another_zero_are_not_slack(compared, about):
     """Planted: damping, force with contact damping, and opening spring, at low noise."""
-    assert not any(each.code == "other-slack" for each in compared(**about).differences)
+    assert not any(difference.code == "other-slack" for difference in compared(**about).differences)

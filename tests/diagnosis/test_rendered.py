@@ -33,12 +33,12 @@ def verdict(answer, *about):
 
 
 def test_verdicts_follow_from_the_draws(answers):
-    found = []
+    result = []
     for above in (0.025, 0.975, 0.98):
         theta = np.ones((200, len(NAMES)))
         theta[: int(200 * above), -1] = 11.0
-        found.append(verdict(replace(answers[0], draws=StateDraws(theta, {}, {})), "L", 10.0))
-    assert found == list(VERDICTS) == list(RESULTS)[::-1]
+        result.append(verdict(replace(answers[0], draws=StateDraws(theta, {}, {})), "L", 10.0))
+    assert result == list(VERDICTS) == list(RESULTS)[::-1]
     few = replace(answers[0], unresolved="few", draws=None)
     assert verdict(few, "L", 10.0) == "inconclusive"
     assert judged(answers[3], [limit("L", 10.0)], seed=1) == []  # of the other motion
@@ -62,8 +62,8 @@ def test_every_limit_has_a_verdict_whatever_is_known_of_its_quantity(answers, ti
         {"name": f"{name} {of} {motion} {side}", "motion": motion, "of": of, side: {name: 3.0}}
         for motion in MOTIONS
         for of in ("model", "record")
-        for name, each in QUANTITIES.items()
-        if motion in each.motions and of in each.of
+        for name, quantity in QUANTITIES.items()
+        if motion in quantity.motions and of in quantity.of
         for side in ("upper", "lower")
     ]
     limits = from_list(entries, MOTIONS, answers[0].speeds)
@@ -82,20 +82,20 @@ def test_every_limit_has_a_verdict_whatever_is_known_of_its_quantity(answers, ti
 
 @pytest.fixture
 def result(answers):
-    limits = [judged(each, [limit("L", 5.0)], seed=1) for each in answers]
+    limits = [judged(answer, [limit("L", 5.0)], seed=1) for answer in answers]
     return result_of(answers, limits)
 
 
 def test_data_have_every_record_and_no_number_that_json_lacks(result, answers):
     written = json.loads(to_json(result), parse_constant=pytest.fail)
     first, _, rejected, _ = written["records"]
-    assert [each["accepted"] for each in written["records"]] == [True, True, False, True]
+    assert [item["accepted"] for item in written["records"]] == [True, True, False, True]
     assert (first["phase"], first["verdict"], written["verdict"]) == ("L1", "fail", "fail")
     assert {*rejected["reason"]} == {"code", "text"}
     assert "parameters" not in rejected
     ends = np.quantile(answers[0].draws.theta[:, -1], [0.025, 0.975])
     assert first["parameters"]["L"]["interval_95"] == pytest.approx(ends, rel=1e-5)
-    sources = {name: each.get("source") for name, each in first["quantities"].items()}
+    sources = {name: item.get("source") for name, item in first["quantities"].items()}
     assert sources["closing_wipe"] == "mixed"
     assert sources["stroke"] == "measured"
     assert sources["touch_after_release"] == "estimated"
@@ -112,24 +112,24 @@ def test_a_moving_mass_gives_forces_and_springs(answers, defaults):
     theta[:, -2] += np.linspace(-0.1, 0.1, 400)
     drive = replace(answers[0], draws=replace(answers[0].draws, theta=theta))
     (record,) = result_of([drive], moving_mass=given.moving_mass)["records"]
-    found = {name: each.get("absolute") for name, each in record["parameters"].items()}
-    assert found["f"] == {"unit": "N", "median": 2000.0, "interval_90": [1640.0, 2360.0]}
-    known = {name: (each["unit"], each["median"]) for name, each in found.items() if each}
+    result = {name: item.get("absolute") for name, item in record["parameters"].items()}
+    assert result["f"] == {"unit": "N", "median": 2000.0, "interval_90": [1640.0, 2360.0]}
+    known = {name: (item["unit"], item["median"]) for name, item in result.items() if item}
     assert (known["k_a"], known["k_b"]) == (("N/m", 160e3), ("N/m", 120e3))
-    assert (known["gamma_a"], found["mu"], found["L"]) == (("N s/m", 1200.0), None, None)
+    assert (known["gamma_a"], result["mu"], result["L"]) == (("N s/m", 1200.0), None, None)
     state = document_of(result_of([drive], moving_mass=6.0)).after[-1]
     assert sum("2000 N (" in row[-1] for row in state.rows) == 1
 
 
 def test_a_document_has_determined_parameters_alone_and_each_remark_once(result, answers):
-    found = document_of(result)
-    assert [each.title.split(":")[0] for each in found.parts][:2] == ["closing"] * 2
-    state = found.after[-1]
-    known = [each["parameters"] for each in result["records"][:2]]
-    determined = [n for n in NAMES if any(each[n]["prior_share"] < 0.8 for each in known)]
+    answer = document_of(result)
+    assert [part.title.split(":")[0] for part in answer.parts][:2] == ["closing"] * 2
+    state = answer.after[-1]
+    known = [item["parameters"] for item in result["records"][:2]]
+    determined = [n for n in NAMES if any(item[n]["prior_share"] < 0.8 for item in known)]
     assert [row[0].split()[-1] for row in state.rows] == determined
-    assert text_of(found).count("gone.csv") == 1
-    outside = [replace(each, misfit=True, draws=None) for each in answers if each.draws]
+    assert text_of(answer).count("gone.csv") == 1
+    outside = [replace(answer, misfit=True, draws=None) for answer in answers if answer.draws]
     notes = document_of(result_of(outside)).after[-1].notes
     assert len(notes) == 1
 
@@ -138,11 +138,11 @@ def test_limits_have_all_of_many_operations_and_tables_the_first(answers):
     gone = Measured(np.nan, np.nan, "the record ends before the drive rests")
     ended = replace(answers[0], measured=answers[0].measured | {"stroke": gone})
     again = [replace(answers[1].record.operation, number=k) for k in (2, 3, 4, 5)]
-    records = [replace(answers[1].record, operation=each) for each in again]
-    several = [ended, *(replace(answers[1], record=each) for each in records)]
-    verdicts = [judged(each, [limit("stroke", 5.0, "record")], seed=1) for each in several]
+    records = [replace(answers[1].record, operation=item) for item in again]
+    several = [ended, *(replace(answers[1], record=item) for item in records)]
+    verdicts = [judged(item, [limit("stroke", 5.0, "record")], seed=1) for item in several]
     tables = document_of(result_of(several, verdicts)).parts
-    assert [each.title.split(":")[0] for each in tables[:4]] == ["closing"] * 3 + ["Limits"]
+    assert [table.title.split(":")[0] for table in tables[:4]] == ["closing"] * 3 + ["Limits"]
     (row,) = tables[3].rows
     assert row[1].split()[1:] == ["4", "of", "5"]
     assert row[2] == in_digits(answers[1].measured["stroke"].value, 4)

@@ -63,7 +63,7 @@ def test_remarks_and_lines_to_sign_stay_together_on_a_page():
     later = Remark("the changes")
     html = html_page(replace(REPORT, after=[later], letterhead=around), [b"curves"])
     order = ['class="plate"', 'class="summary"', "a section", 'class="picture"', later.text]
-    places = [html.index(each, html.index("<body>")) for each in [*order, 'class="ending"']]
+    places = [html.index(item, html.index("<body>")) for item in [*order, 'class="ending"']]
     assert places == sorted(places)
     ending = re.search(r'<div class="ending">.*?</div>', html, re.S)[0]
     assert "After &lt;overhaul&gt;" in ending

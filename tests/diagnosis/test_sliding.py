@@ -23,8 +23,8 @@ def limit(name, bound):
 def test_a_long_one_withholds_it_everywhere(answers):
     answer = long(answers[0])
     verdicts = judged(answer, [limit("touch_time", 50.0), limit("L", 500.0)], seed=1)
-    assert [each["verdict"] for each in verdicts] == ["inconclusive"] * 2
-    assert {each["reason"].code for each in verdicts} == {"contact-may-slide"}
+    assert [verdict["verdict"] for verdict in verdicts] == ["inconclusive"] * 2
+    assert {verdict["reason"].code for verdict in verdicts} == {"contact-may-slide"}
     (entry,) = result_of([answer])["records"]
     for name in ("touch_time", "spring_compression", "closing_wipe"):
         assert entry["quantities"][name]["median"] is None

@@ -51,8 +51,8 @@ def test_an_example_is_simulated_trained_and_validated(name, monkeypatch):
         seed=1,
     ).run()
     data = validate(posterior.eval(), 4, 50, seed=2)
-    found = ranks(data.draws.values, data.truth.values)
-    assert found.shape == (4, len(posterior.outputs))
+    result = ranks(data.draws.values, data.truth.values)
+    assert result.shape == (4, len(posterior.outputs))
     assert is_exact(config | changes) == (name != "own_simulator")
     if name == "own_prior":
         record, draws = data.measured.values[0], data.draws.values[0]

@@ -19,4 +19,4 @@ ALL["date"] = np.where(OPERATIONS < 250, "2024-01-01", "2024-06-01")
 def test_columns_are_those_of_the_tables(number, name):
     text = PAGE.read_text(encoding="utf-8").split(f"<!-- columns: {name} -->\n")[1]
     rows = re.findall(r"^\| `(\w+)` \| .* \|$", text.split("\n\n")[0], re.MULTILINE)
-    assert rows == [each for each in tables(**ALL)[number] if name != "changes" or each in rows]
+    assert rows == [table for table in tables(**ALL)[number] if name != "changes" or table in rows]

@@ -19,4 +19,4 @@ def test_no_picture_is_left_over():
     texts = [DOCS.parent / "README.md", *DOCS.rglob("*.md")]
     words = "".join(path.read_text(encoding="utf-8") for path in texts)
     shown = re.findall(r"\]\((?:[\w.]+/)*(\w+\.png)\)", words)
-    assert {Path(each).name for each in there} <= {*shown}
+    assert {Path(item).name for item in there} <= {*shown}

@@ -40,7 +40,7 @@ def keys(value, path=""):
     if not isinstance(value, dict):
         return {path}
     if re.search(r"\.(parameters|effects|quantities)$", path):
-        value = {"NAME": {name: part for each in value.values() for name, part in each.items()}}
+        value = {"NAME": {name: part for item in value.values() for name, part in item.items()}}
     return {key for name, part in value.items() for key in keys(part, f"{path}.{name}".strip("."))}
 
 

@@ -246,8 +246,8 @@ class Reference:
 @pytest.mark.parametrize("motion", MOTIONS)
 def test_without_elements_it_is_the_model(motion):
     theta = QUICK
-    found = travel(np.array([theta]), TIMES, motion)
-    exact, (switching,) = found.travel[0], found.switching
+    result = travel(np.array([theta]), TIMES, motion)
+    exact, (switching,) = result.travel[0], result.switching
     curve, switches = Drive(theta, Elements()).operate(motion, TIMES)
     np.testing.assert_allclose(curve, exact, atol=1e-6)
     assert switches == pytest.approx(switching, abs=1e-5)

@@ -57,10 +57,10 @@ def test_truth_is_the_worn_drive(life, truth):
 
 def test_limits_are_exceeded_after_the_change_of_wear(life, truth, defaults):
     limits = from_list(defaults["limits"], list(MOTIONS))
-    found = failure_times(truth, limits)
+    result = failure_times(truth, limits)
     knee = life.settings["wear"]["knee"] * life.settings["operations"]
-    assert len(found) >= 5
-    assert all(knee + 40 < at < 2000 for at in found.values()), found
+    assert len(result) >= 5
+    assert all(knee + 40 < at < 2000 for at in result.values()), result
     assert {limit.of for limit in limits} == {"change", "record"}
 
 

@@ -78,8 +78,8 @@ def test_drives_that_are_fastest_early_or_creep_to_rest_move(number, tmp_path, p
     records = travel + 0.05 * rng.standard_normal((6, time.size))
     write_wide(tmp_path / "a.txt", time, records, motion="close-open", operation=1)
     proposal = inspect_file(tmp_path / "a.txt", defaults()["sensor"])
-    assert {each.column for each in proposal.motions} == set(CHANNELS)
-    assert all(each.record for each in proposal.motions)
+    assert {item.column for item in proposal.motions} == set(CHANNELS)
+    assert all(item.record for item in proposal.motions)
 
 
 def test_the_example_folder_is_always_the_same(exports, tmp_path):

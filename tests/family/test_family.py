@@ -25,18 +25,18 @@ def drives(family):
 
 def flat(section, above=""):
     """Values by dotted name."""
-    found = {}
+    result = {}
     for name, value in section.items():
         inner = flat(value, f"{above}{name}.") if isinstance(value, dict) else {above + name: value}
-        found |= inner
-    return found
+        result |= inner
+    return result
 
 
 def test_elements_are_drawn_from_their_ranges(family, drives):
     """Uniform, or uniform in the logarithm where the range has no 0."""
     drawn = [flat(asdict(drive.elements)) for drive in drives]
     for name, (low, high) in flat(family.settings["effects"]).items():
-        values = np.array([each[name] for each in drawn])
+        values = np.array([item[name] for item in drawn])
         if low == high:
             assert (values == low).all()
             continue

@@ -34,7 +34,7 @@ def matched(family):
 def test_the_family_of_most_evidence_counts_that_fits_every_motion_or_the_nearest(
     first, second, name, fit
 ):
-    families = (family(*each) for each in (("first", *first), ("second", *second)))
+    families = (family(*item) for item in (("first", *first), ("second", *second)))
     chosen, matches, fits = choose_family(families, matched, 1e-3)
     assert (chosen.name, fits) == (name, fit)
     assert len(matches) == 4

@@ -28,7 +28,7 @@ def test_a_file_is_read_with_all_tensors_only(parts, tmp_path):
     settings, tensors = parts
     assert reading(tmp_path, settings, tensors).settings == settings
     for name in ("usual", "bases.closing.mean", "network.inference.leave"):
-        left = {each: tensor for each, tensor in tensors.items() if each != name}
+        left = {key: tensor for key, tensor in tensors.items() if key != name}
         with pytest.raises(ModelFileError):
             reading(tmp_path, settings, left)
 

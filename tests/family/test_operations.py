@@ -30,7 +30,7 @@ def curves_of(prior, motion):
     reasons = np.array(
         ["line 40: travel is missing" if i == REJECTED else "" for i in range(COUNT)]
     )
-    each = {"rate": 4.0, "record_noise": NOISE, "record_colour": 0.0}
+    item = {"rate": 4.0, "record_noise": NOISE, "record_colour": 0.0}
     curves = xr.Dataset(
         {
             "record": (("operation", "sample"), record),
@@ -38,7 +38,7 @@ def curves_of(prior, motion):
             "reason": ("operation", reasons),
             "accepted": ("operation", reasons == ""),
             "file": ("operation", [f"{i}.csv" for i in range(COUNT)]),
-            **{name: ("operation", np.full(COUNT, value)) for name, value in each.items()},
+            **{name: ("operation", np.full(COUNT, value)) for name, value in item.items()},
         },
         {"operation": np.arange(10, 10 + COUNT)},
         {"motion": motion},

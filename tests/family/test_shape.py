@@ -31,12 +31,12 @@ def test_size_zero_and_rests_leave_the_shape(lengths, times, zero, more):
 
 
 def test_the_way_is_the_mean_over_a_step_of_the_grid():
-    found = shape_of(motion(TIME), 0.1)
+    result = shape_of(motion(TIME), 0.1)
     fine = np.linspace(-0.05, 0.05, 201)[:, None] + SHAPE_TIMES
-    at = found.origin + found.duration * fine
-    exact = motion(at).mean(axis=0) / found.stroke
-    assert found.present[:-4].all()
-    np.testing.assert_allclose(found.way[found.present], exact[found.present], atol=5e-4)
+    at = result.origin + result.duration * fine
+    exact = motion(at).mean(axis=0) / result.stroke
+    assert result.present[:-4].all()
+    np.testing.assert_allclose(result.way[result.present], exact[result.present], atol=5e-4)
 
 
 def test_like_another_record_a_record_keeps_its_own_change():
@@ -49,12 +49,12 @@ def test_like_another_record_a_record_keeps_its_own_change():
 def test_missing_samples_are_marked_and_bridged():
     travel = motion(TIME)
     gap = (TIME > 35.0) & (TIME < 60.0)
-    found = shape_of(np.where(gap, np.nan, travel), 0.1)
-    at = found.origin + found.duration * SHAPE_TIMES
-    assert not found.present[(at > 36.0) & (at < 59.0)].any()
-    assert found.present[(at > 62.0) & (at < 119.0)].all()
-    assert not found.present[at > 121.0].any()
-    assert np.isfinite(found.way).all()
+    result = shape_of(np.where(gap, np.nan, travel), 0.1)
+    at = result.origin + result.duration * SHAPE_TIMES
+    assert not result.present[(at > 36.0) & (at < 59.0)].any()
+    assert result.present[(at > 62.0) & (at < 119.0)].all()
+    assert not result.present[at > 121.0].any()
+    assert np.isfinite(result.way).all()
 
 
 @pytest.mark.parametrize("travel", [np.zeros(500), np.full(500, np.nan), TIME[:5]])
@@ -67,7 +67,7 @@ def test_noise_after_the_average_is_as_large_as_estimated():
     clean, time = shape_of(motion(TIME), 0.1), np.arange(0.0, 120.0, step)
     records = motion(time) + sd * rng.standard_normal((60, time.size))
     rest = slice(90, 115)  # of the grid, after the motion
-    error = [shape_of(each, step).way[rest] - clean.way[rest] for each in records]
+    error = [shape_of(record, step).way[rest] - clean.way[rest] for record in records]
     expected = effective_noise(sd / clean.stroke, 0.0, step / clean.duration)
     # Of some 1,500 values: 6 % is three of its standard deviations.
     assert np.std(error) == pytest.approx(expected, rel=0.06)
@@ -76,10 +76,10 @@ def test_noise_after_the_average_is_as_large_as_estimated():
 def test_compiled_code_gives_the_same_bytes(monkeypatch):
     """How many records a process has seen, and so whether it compiles, shows in no digit."""
     record = motion(TIME) + 0.1 * np.random.default_rng(1).standard_normal(TIME.size)
-    found = []
+    result = []
     for left in (10**9, 0):
         monkeypatch.setattr(type(normalise), "left", left)
-        found.append(shape_of(record, 0.1))
+        result.append(shape_of(record, 0.1))
     assert "fast" in vars(normalise)
-    assert found[0].way.tobytes() == found[1].way.tobytes()
-    assert found[0][2:] == found[1][2:]
+    assert result[0].way.tobytes() == result[1].way.tobytes()
+    assert result[0][2:] == result[1][2:]

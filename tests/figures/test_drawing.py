@@ -44,7 +44,7 @@ def inferred(names, *, narrow=()):
     width = np.array([0.5 if name in narrow else 1.0 for name in names])
     known = {"prior_sd": np.ones(len(names)), "contraction": np.full(len(names), 0.5)}
     both = exact_posteriors(generator(4, "test", "figures"), 200, 40, **known, width=width)
-    return [np.exp(0.2 * each) for each in both]
+    return [np.exp(0.2 * item) for item in both]
 
 
 def test_ranks_and_a_failed_calibration_are_seen():
@@ -60,14 +60,14 @@ def test_ranks_and_a_failed_calibration_are_seen():
 @pytest.mark.parametrize("count", [8, 2])
 def test_contraction_and_recovery_have_their_axes(count):
     """Contraction is across and the z-score up; the truth is across and the median up."""
-    draws, truth = (each[..., :count] for each in inferred(NAMES))
-    found = validation.scores(draws, truth, prior_sd=np.full(count, 0.2), log=[True] * count)
+    draws, truth = (item[..., :count] for item in inferred(NAMES))
+    result = validation.scores(draws, truth, prior_sd=np.full(count, 0.2), log=[True] * count)
     limit = np.linspace(0.3, 1, 8) if count == 8 else None
-    scatter = calibration.contraction(found, NAMES[:count], about="Closing", limit=limit)
+    scatter = calibration.contraction(result, NAMES[:count], about="Closing", limit=limit)
     summary = validation.recovery(draws, truth)
     recovery = calibration.recovery(summary, NAMES[:count], about="Closing")
     for figure, (across, up) in (
-        (scatter, (found.contraction, found.z)),
+        (scatter, (result.contraction, result.z)),
         (recovery, (summary.truth, summary.median)),
     ):
         assert_drawn(figure)
@@ -77,7 +77,7 @@ def test_contraction_and_recovery_have_their_axes(count):
 
 def test_pairs_have_column_across_and_row_up():
     names = ["mu", "k_a", "f", "onset"]
-    draws, truth = (each[0] for each in inferred(names))
+    draws, truth = (item[0] for item in inferred(names))
     both = {"draws": (("draw", "output"), draws), "truth": ("output", truth)}
     figure = pairs.pairs(
         xr.Dataset(both, {"output": names}),
@@ -121,10 +121,10 @@ def test_exactness_is_drawn(case):
 
 def test_a_posterior_wider_than_its_prior_is_in_sight():
     values = contractions(NAMES[:7], shift=0.5)
-    found = validation.reached(values, NAMES[:7])
-    figure = identifiability(found, motion="closing")
+    result = validation.reached(values, NAMES[:7])
+    figure = identifiability(result, motion="closing")
     assert_drawn(figure)
-    assert figure.axes[0].get_xlim()[0] <= found.lower.values.min() < 0.0
+    assert figure.axes[0].get_xlim()[0] <= result.lower.values.min() < 0.0
 
 
 # ---- a life --------------------------------------------------------------------------------------
@@ -278,17 +278,18 @@ def test_a_record_is_drawn_with_its_motions_and_doubtful_samples(close_and_open,
     drawn = line_of(figure.axes[0], style.MEASURED).get_ydata()
     np.testing.assert_allclose(drawn, expected, atol=1e-9)
     assert line_of(figure.axes[0], style.WARNING, "x").get_xdata() == pytest.approx([30.0])
-    moves = [each.record.moves for each in proposal.motions]
+    moves = [motion.record.moves for motion in proposal.motions]
     assert moves == pytest.approx([20.0, 120.0], abs=0.6)
     lines = [line.get_xdata() for line in figure.axes[0].lines]
     assert [xs[0] for xs in lines if len(xs) == 2 and xs[0] == xs[1]] == moves
 
 
 def test_what_could_not_be_read_is_drawn_as_it_is(close_and_open, tmp_path):
-    time, travel = (each[:1100] for each in close_and_open)
+    time, travel = (item[:1100] for item in close_and_open)
     proposal = proposal_of(tmp_path / "record.csv", time, travel)
     refused = [
-        type(each)(**{**vars(each), "result": None, "said": "no"}) for each in proposal.motions
+        type(motion)(**{**vars(motion), "result": None, "said": "no"})
+        for motion in proposal.motions
     ]
     figure = record(type(proposal)(**{**vars(proposal), "motions": refused}))
     np.testing.assert_allclose(figure.axes[0].lines[0].get_ydata(), travel.round(3), atol=1e-9)

@@ -20,7 +20,7 @@ POSTERIORS = {
     for name in ("AMORTISED", "CORRECTED", "WARNING", "MEASURED", "PRIOR", "REFERENCE", "MODEL")
 }
 # Colours that stand in one figure, and those of them that have to stay apart from all others.
-OUTPUTS = {name: each.colour for name, each in panels.OUTPUTS.items()}
+OUTPUTS = {name: output.colour for name, output in panels.OUTPUTS.items()}
 PALETTES = {
     "parameters": (OUTPUTS, OUTPUTS),
     "states": (panels.STATES, panels.STATES),
@@ -76,7 +76,7 @@ def test_phases_have_the_colours_of_their_names():
     assert phase_colours("bca") == {"b": amber, "c": blue, "a": red}
     assert to_rgb(red)[0] > 0.7 > to_rgb(blue)[0]
     lines = phase_colours(["L3", "L1", "L2"])
-    assert [*lines.values()] == [phase_colours("UVW")[each] for each in "WUV"]
+    assert [*lines.values()] == [phase_colours("UVW")[item] for item in "WUV"]
     assert lines["L2"] == "#000000"
     assert [*phase_colours("RST").values()] == [red, amber, blue]
     for others in (["Travel 1", "R"], [""]):
@@ -123,7 +123,7 @@ def titled(name):
 
 def test_missing_glyphs_are_in_the_log(monkeypatch, tmp_path, caplog):
     """On a machine that has the fonts of matplotlib alone."""
-    own = [each for each in font_manager.fontManager.ttflist if each.name not in style.OTHER_FONTS]
+    own = [item for item in font_manager.fontManager.ttflist if item.name not in style.OTHER_FONTS]
     monkeypatch.setattr(font_manager.fontManager, "ttflist", own)
     assert style.without_font([titled("Ω Выкл مفتاح")]) == ""
     with caplog.at_level(logging.WARNING, logger="breaker"):
@@ -137,4 +137,4 @@ def test_a_file_has_no_date_and_no_hidden_sign(form):
     drawn = titled("L1\u202e\u200b\x1b")
     content = style.encoded(drawn, form)
     assert not [date for date in (b"<dc:date>", b"/CreationDate") if date in content]
-    assert r"L1\u202e\u200b\x1b" in [each.get_text() for each in drawn.findobj(Text)]
+    assert r"L1\u202e\u200b\x1b" in [item.get_text() for item in drawn.findobj(Text)]

@@ -67,7 +67,7 @@ def test_bytes_depend_on_nothing_but_the_row(prior, sensor, motion, monkeypatch)
     finally:
         numba.set_num_threads(before)
     backwards = travel(theta[::-1], sensor.times, motion, onset=onset[::-1])
-    results.append([each[::-1] for each in backwards])
+    results.append([backward[::-1] for backward in backwards])
     for k in (0, 63, 64, 199):
         alone = travel(theta[[k]], sensor.times, motion, onset=onset[[k]])
         assert all(a.tobytes() == b[[k]].tobytes() for a, b in zip(alone, whole, strict=True))
@@ -101,8 +101,8 @@ def test_event_exactly_at_a_sample(prior, sensor, motion):
         assert result.travel[0, at] == pytest.approx(around[1], abs=1e-12)
         assert np.abs(np.diff(around)).max() < 1e-8  # 1e-9 ms at no more than 10 mm/ms
         # A record that ends there has the event or not, within round-off.
-        for end, found in ((event - 1e-9, False), (event + 1e-9, True)):
-            assert np.isfinite(travel(row, np.array([0.0, end]), motion).switching[0]) == found
+        for end, answer in ((event - 1e-9, False), (event + 1e-9, True)):
+            assert np.isfinite(travel(row, np.array([0.0, end]), motion).switching[0]) == answer
         last = travel(row, np.array([0.0, event]), motion)
         assert last.travel[0, 1] == pytest.approx(around[1], abs=1e-12)
         assert last.switching[0] in (pytest.approx(event, abs=1e-12), np.inf)
@@ -143,8 +143,8 @@ def peaks(theta, end, step=0.02):
         stop = brentq(lambda t: (expm(mode * t) @ path[k])[3], 0, step, xtol=1e-14)
         return k * step + stop, (expm(mode * stop) @ path[k])[2]
 
-    found = [refined(k) for k in turns]
-    return [(time, top) for (time, top), k in zip(found, turns, strict=True) if top >= height[k]]
+    result = [refined(k) for k in turns]
+    return [(time, top) for (time, top), k in zip(result, turns, strict=True) if top >= height[k]]
 
 
 def light_damping(n):

@@ -71,9 +71,9 @@ def test_probability_of_measured_values():
     parts = (("stroke", 13.0, True), ("stroke", 14.0, False), ("travel_time", 9.0, True))
     limit = Limit("odd", "closing", parts, of="record")
     values = np.array([[13.4, 13.4, 9.1], [13.4, 13.4, NAN], [10.0, 10.0, 9.0]])
-    found = limit.measured_exceedance(values, np.full((3, 3), 0.2))
+    result = limit.measured_exceedance(values, np.full((3, 3), 0.2))
     between = norm.cdf(3.0) - norm.cdf(-2.0)
-    np.testing.assert_allclose(found, [between * norm.cdf(0.5), NAN, 0.0], atol=1e-12)
+    np.testing.assert_allclose(result, [between * norm.cdf(0.5), NAN, 0.0], atol=1e-12)
     assert limit.measured_exceedance(values[0], np.zeros(3)) == 1.0
 
 
@@ -99,8 +99,8 @@ def test_a_reference_is_two_limits_in_each_motion_that_has_the_quantity(
 
 
 def test_ranges_of_a_type():
-    found = from_list(entries_of_type({"travel_time": [None, 30], "touch_time": [8, 9]}), BOTH)
-    bounds = [(each.motion, *each.parts[0][1:]) for each in found]
+    result = from_list(entries_of_type({"travel_time": [None, 30], "touch_time": [8, 9]}), BOTH)
+    bounds = [(record.motion, *record.parts[0][1:]) for record in result]
     both = [("closing", 30, True), ("opening", 30, True)]
     assert bounds == [*both, ("closing", 9, True), ("closing", 8, False)]
     for wrong in (
@@ -117,6 +117,6 @@ def test_ranges_of_a_type():
 def test_a_reader_is_asked_by_the_source_of_a_limit(of):
     limit = Limit("a", "closing", (("stroke" if of == "record" else "f", 1.0, True),), of=of)
     reader = SimpleNamespace(
-        **{f"of_{each}": lambda *about, e=each: (e, *about) for each in SOURCES}
+        **{f"of_{source}": lambda *about, e=source: (e, *about) for source in SOURCES}
     )
     assert limit.read(reader, 7) == (of, limit, 7)

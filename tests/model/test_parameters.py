@@ -13,7 +13,7 @@ def test_order_and_units():
     assert NAMES == ("mu", "k_a", "k_b", "gamma_a", "gamma_b", "f", "L")
     units = ("1", "1/ms²", "1/ms²", "1/ms", "1/ms", "mm/ms²", "mm")
     assert tuple(parameter.unit for parameter in PARAMETERS) == units
-    assert [each.worse for each in PARAMETERS] == [0, -1, -1, 1, 1, -1, 1]
+    assert [item.worse for item in PARAMETERS] == [0, -1, -1, 1, 1, -1, 1]
 
 
 def test_scale_of_the_outputs():
@@ -36,7 +36,7 @@ def test_factors_follow_from_units():
     """That curves scale with them is tested by the quantities read from these."""
     size = Size(2.0, 4.0)
     assert [size.factor(unit) for unit in ("1", "mm", "ms", "mm/ms²")] == [1, 2, 4, 0.125]
-    assert all(size.factor(each.unit) > 0 for each in QUANTITIES.values())
+    assert all(size.factor(quantity.unit) > 0 for quantity in QUANTITIES.values())
     assert np.exp(np.log([2.0, 4.0]) @ powers()) == pytest.approx(size.factors)
 
 

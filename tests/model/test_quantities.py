@@ -48,14 +48,14 @@ def test_brute_force_agrees(prior, motion, names):
     theta = prior.sample(12, generator(1, "test", "quantities", motion))
     # The first comes to rest without passing it.
     theta[0] = changed(gamma_a=0.7 if motion == "closing" else 0.5)
-    found = evaluate(names, theta, motion)
+    result = evaluate(names, theta, motion)
     expected = np.array([brute_force(row, motion) for row in theta])
-    assert found.dtype == np.float64
-    np.testing.assert_allclose(found[:, 0], expected[:, 0], rtol=1e-12)
-    np.testing.assert_allclose(found[:, 1], expected[:, 1], atol=1e-7)
-    np.testing.assert_allclose(found[:, 2], expected[:, 2], rtol=1e-4)
-    np.testing.assert_allclose(found[:, 3], expected[:, 3], atol=1e-4)
-    assert found[0, 3] == 0.0
+    assert result.dtype == np.float64
+    np.testing.assert_allclose(result[:, 0], expected[:, 0], rtol=1e-12)
+    np.testing.assert_allclose(result[:, 1], expected[:, 1], atol=1e-7)
+    np.testing.assert_allclose(result[:, 2], expected[:, 2], rtol=1e-4)
+    np.testing.assert_allclose(result[:, 3], expected[:, 3], atol=1e-4)
+    assert result[0, 3] == 0.0
 
 
 # ---- what does not exist ---------------------------------------------------------------------

@@ -91,19 +91,21 @@ def brute_force(point, curve, switching, rests, motion):
 def test_speeds_are_those_of_dense_curves(prior, motion):
     theta = prior.sample(8, generator(1, "test", "speeds", motion))
     curves, switching, _ = travel(theta, TIMES, motion)
-    rests = [rest_position(theta, each) for each in ("closing", "opening")]
+    rests = [rest_position(theta, word) for word in ("closing", "opening")]
     rests = rests if motion == "closing" else rests[::-1]
     speeds = speeds_of(DEFINED)
-    for speed in (each for each in speeds if each.motion == motion):
-        found = evaluate([speed.name], theta, motion, speeds)[:, 0]
+    for speed in (record for record in speeds if record.motion == motion):
+        result = evaluate([speed.name], theta, motion, speeds)[:, 0]
         for i in range(len(theta)):
-            rest = [each[i] for each in rests]
+            rest = [item[i] for item in rests]
             places = [
-                brute_force(each, curves[i], switching[i], rest, motion)
-                for each in (speed.start, speed.end)
+                brute_force(item, curves[i], switching[i], rest, motion)
+                for item in (speed.start, speed.end)
             ]
             (begin, low), (end, high) = places
-            assert found[i] == pytest.approx(abs(high - low) / (end - begin), rel=1e-3, nan_ok=True)
+            assert result[i] == pytest.approx(
+                abs(high - low) / (end - begin), rel=1e-3, nan_ok=True
+            )
 
 
 @pytest.mark.parametrize("size", [Size(1.7, 0.9), Size(0.031, 40.0)])
@@ -111,11 +113,11 @@ def test_speeds_are_those_of_dense_curves(prior, motion):
 def test_quantities_scale_with_the_drive(prior, motion, size):
     """Also where rows of several sizes are in a batch; powers of 2 are exact."""
     theta = prior.sample(50, generator(1, "test", "sizes", motion))
-    there = [each for each in quantities().values() if motion in each.motions]
-    names = [each.name for each in there if "model" in each.of]
+    there = [quantity for quantity in quantities().values() if motion in quantity.motions]
+    names = [item.name for item in there if "model" in item.of]
     units = [quantities()[name].unit for name in names]
     here = evaluate(names, theta, motion)
-    sized = tuple(each.sized(size) for each in SPEEDS)
+    sized = tuple(speed.sized(size) for speed in SPEEDS)
     both = np.vstack([theta, theta * size.factors])
     there = evaluate(names, both, motion, sized)[len(theta) :]
     expected = here * [size.factor(unit) for unit in units]
@@ -124,7 +126,7 @@ def test_quantities_scale_with_the_drive(prior, motion, size):
     np.testing.assert_allclose(there[both], expected[both], rtol=2e-3, atol=2e-3 * size.lengths)
     np.testing.assert_array_equal(there, evaluate(names, theta * size.factors, motion, sized))
     double = Size(4.0, 8.0)
-    sized = tuple(each.sized(double) for each in SPEEDS)
+    sized = tuple(speed.sized(double) for speed in SPEEDS)
     there = evaluate(names, theta * double.factors, motion, sized)
     np.testing.assert_array_equal(there, here * [double.factor(unit) for unit in units])
 

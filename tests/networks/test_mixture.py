@@ -25,7 +25,7 @@ def network(atoms: tuple[bool, ...] = (), seed: int = 3, size: float = 0.2) -> F
 def read(made: FamilyNetwork) -> Network:
     """The same without torch."""
     return Network(
-        {name: each.numpy() for name, each in made.state_dict().items()},
+        {name: item.numpy() for name, item in made.state_dict().items()},
         made.inference.atoms.tolist(),
     )
 

@@ -21,16 +21,16 @@ PAGES = ("/", f"/inspection?{LINE}", f"/values?{LINE}", f"/curves?{LINE}&tab=0",
 
 def test_nobody_else_is_answered_and_nothing_is_loaded_from_elsewhere(opened):
     page, _ = opened()
-    refused = [{"Origin": each} for each in ("http://evil.example", "null")]
-    refused += [{"Host": each} for each in (HOST, f"evil.example:{page.port}")]
+    refused = [{"Origin": name} for name in ("http://evil.example", "null")]
+    refused += [{"Host": item} for item in (HOST, f"evil.example:{page.port}")]
     refused += [
-        {"Cookie": each} for each in ("", f"breaker-{page.port}=guessed", opened()[0].cookie)
+        {"Cookie": name} for name in ("", f"breaker-{page.port}=guessed", opened()[0].cookie)
     ]
     for path in PAGES:
-        assert {page.get(path, **each).status for each in refused} == {403}
-        found = page.get(path)
-        assert (found.status, found.headers["Content-Security-Policy"]) == (200, POLICY)
-        assert not re.search(r"""(src|href|url\(|fetch\()\s*=?\s*["'`]?(https?:)?//""", found.text)
+        assert {page.get(path, **item).status for item in refused} == {403}
+        result = page.get(path)
+        assert (result.status, result.headers["Content-Security-Policy"]) == (200, POLICY)
+        assert not re.search(r"""(src|href|url\(|fetch\()\s*=?\s*["'`]?(https?:)?//""", result.text)
     assert "script-src 'self';" in POLICY
     assert page.get("/?token=guessed", Cookie="").status == 403
     right = page.get(f"/?token={page.token}", Cookie="")
@@ -66,9 +66,9 @@ def test_what_changes_or_goes_while_it_is_shown_is_said(opened):
     page, folder = opened()
     query = unescape(re.search(r'data-query="(.*?)"', page.get(PAGES[1]).text)[1])
     asked = [f"/{n}?{query}&tab=0" for n in ("curves", "values", "model", "sheet")]
-    assert {page.get(each).status for each in asked} == {200}
+    assert {page.get(item).status for item in asked} == {200}
     line(folder / "line.csv", spike=20.0)
-    assert {page.get(each).status for each in asked} == {409}
+    assert {page.get(item).status for item in asked} == {409}
     assert page.get(PAGES[1]).status == 200
     away = folder.parent / "away"
     for what, status in ((folder, 404), (folder / "line.csv", 200)):
@@ -166,6 +166,6 @@ def test_workers_end_whatever_ends_the_page(folder, tmp_path):
 
     with pytest.raises(KeyError):
         asyncio.run(server.serve(asyncio.Event(), ready))
-    for each in server.workers.values():
+    for worker in server.workers.values():
         with pytest.raises(RuntimeError):
-            each.submit(int)
+            worker.submit(int)

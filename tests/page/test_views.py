@@ -19,19 +19,19 @@ LINE, TODAY, STROKE = "file=line.csv", "file=today.csv", "limits.closing stroke"
 
 def curves(ask, query):
     """Data of the curves of a tab by name."""
-    found = [curve for panel in ask(f"/curves?{query}")["panels"] for curve in panel["curves"]]
+    result = [curve for panel in ask(f"/curves?{query}")["panels"] for curve in panel["curves"]]
     return {
         f"{curve['phase']} {curve['name']}": {
             axis: np.array(curve[axis], dtype=float) for axis in "xy"
         }
-        for curve in found
+        for curve in result
     }
 
 
 def value(ask, query, name):
     """Value, verdict, and spot of a quantity of closing at its first phase."""
     rows = re.split(r"<tr\b", ask(f"/values?{query}")["parts"]["values"])
-    row = next(each for each in rows if f'"limits.closing {name}"' in each)
+    row = next(item for item in rows if f'"limits.closing {name}"' in item)
     cell = re.search(r'data-from="(.*?)" data-to="(.*?)".*?>(.*?)<', row)
     return float(cell[3]), re.match(' class="(.*?)"', row)[1], (float(cell[1]), float(cell[2]))
 
@@ -42,7 +42,7 @@ def test_the_list_has_names_at_once_and_poles_of_an_inspection_in_one_row_later(
     assert (names.count(" data-unseen"), listed.count(" data-unseen")) == (9, 0)
     for text in ("HV-20417", "2021-03-14", "LTB 420"):
         assert (text in names, text in listed) == (False, True)
-    groups = [re.findall(r' data-query="(.*?)"', each) for each in listed.split("<tbody>")]
+    groups = [re.findall(r' data-query="(.*?)"', item) for item in listed.split("<tbody>")]
     trips = "&".join(f"file=trip_{phase}.csv" for phase in "BRY")
     assert ["file=one.csv&before=old.csv", "file=old.csv"] in groups  # the newest first
     assert [f"{TODAY}&{trips.replace('file', 'before')}", trips] in groups
@@ -81,8 +81,8 @@ def test_estimates_are_made_once_whatever_the_limits(ask, monkeypatch):
         ask.set("T", STROKE, *ends)
     parts.append(ask(f"/model?{LINE}&type=T")["parts"])
     assert made.count(shipped_levels) == 1
-    assert len({each["model"] for each in parts}) == 1
-    assert len({each["verdict"] for each in parts}) == 3
+    assert len({part["model"] for part in parts}) == 1
+    assert len({part["verdict"] for part in parts}) == 3
 
 
 def test_a_limit_on_several_quantities_has_a_row(folder, tmp_path):
@@ -144,19 +144,19 @@ def test_a_motion_has_a_tab_with_all_phases_as_the_file_has_them(ask):
     assert re.findall(r'data-tab="(.)"', ask(f"/inspection?{TODAY}")) == ["0", "1"]
     columns = record(rate=5.0, motions=("closing", "opening"), noise=0.01)
     for tab in (0, 1):
-        found = curves(ask, f"{TODAY}&tab={tab}")
+        result = curves(ask, f"{TODAY}&tab={tab}")
         for k, phase in enumerate("RYB"):
-            assert {f"{phase} velocity", f"{phase} contact"} <= {*found}
-            travel = found[f"{phase} travel"]
+            assert {f"{phase} velocity", f"{phase} contact"} <= {*result}
+            travel = result[f"{phase} travel"]
             there = columns[f"Travel {k + 1} (mm)"][np.rint(5.0 * travel["x"]).astype(int)]
             assert travel["y"] == pytest.approx(there, abs=1e-4, nan_ok=True)
     assert ask(f"/curves?{TODAY}&tab=2") == 404
 
 
 def test_planted_values_are_measured_and_shown_where_they_are(ask):
-    found = curves(ask, f"{LINE}&tab=0")[" velocity"]
-    within = (found["x"] > 55) & (found["x"] < 105)
-    assert found["y"][within] == pytest.approx(100 / 60, rel=1e-3)
+    result = curves(ask, f"{LINE}&tab=0")[" velocity"]
+    within = (result["x"] > 55) & (result["x"] < 105)
+    assert result["y"][within] == pytest.approx(100 / 60, rel=1e-3)
     assert value(ask, LINE, "stroke")[0] == pytest.approx(100.0, rel=1e-3)
     planted = {"travel_time": (48.0, 56.0, 104.0), "closing_speed_10_50": (100 / 60, 56.0, 80.0)}
     for name, expected in planted.items():
@@ -171,10 +171,10 @@ def test_planted_values_are_measured_and_shown_where_they_are(ask):
 def test_the_inspection_before_and_a_reference_lie_over_it_at_half_of_the_travel(ask, folder):
     good = str(folder / "curves" / "today.csv")
     ask.types.write_text(yaml.safe_dump({"LTB 420": {"reference": good}}))
-    found = curves(ask, "file=one.csv&before=old.csv&tab=0")
-    (own,) = (data for name, data in found.items() if name.endswith(" travel"))
+    result = curves(ask, "file=one.csv&before=old.csv&tab=0")
+    (own,) = (data for name, data in result.items() if name.endswith(" travel"))
     for which in ("earlier", "reference"):
-        (laid,) = (data for name, data in found.items() if f"{which}:" in name)
+        (laid,) = (data for name, data in result.items() if f"{which}:" in name)
         near = np.abs(laid["x"] - np.interp(89.0, own["y"], own["x"])) < 5.0
         apart = np.interp(laid["x"][near], own["x"], own["y"]) - laid["y"][near]
         assert np.abs(apart).max() < 2.0  # mm; in half a sample it moves 0.5 mm
@@ -182,17 +182,17 @@ def test_the_inspection_before_and_a_reference_lie_over_it_at_half_of_the_travel
 
 def test_a_doubtful_sample_is_drawn_as_one(tmp_path):
     line(tmp_path / "spike.csv", spike=20.0)
-    found = curves(Views(tmp_path, tmp_path), "file=spike.csv&tab=0")
-    at = found[" travel"]["x"] == 80.0
-    assert np.isnan(found[" travel"]["y"][at])
-    assert found[" doubtful samples"]["y"][at] == pytest.approx(70.0, abs=1e-6)
+    result = curves(Views(tmp_path, tmp_path), "file=spike.csv&tab=0")
+    at = result[" travel"]["x"] == 80.0
+    assert np.isnan(result[" travel"]["y"][at])
+    assert result[" doubtful samples"]["y"][at] == pytest.approx(70.0, abs=1e-6)
 
 
 @pytest.mark.parametrize("rate", ["", "-3", "fast", "20"])
 def test_what_cannot_be_read_shows_its_columns_and_a_form_to_decide(ask, rate):
     fields = re.split(r'(?=name="set\.)', ask("/inspection?file=bare.csv"))[1:]
-    found = r'^name="(.*?)".*?value="([^"]*)"( selected|>\n<small)'  # of a choice, or of a text
-    sent = {e[1]: unescape(e[2]) for e in (re.search(found, f, re.S) for f in fields)}
+    result = r'^name="(.*?)".*?value="([^"]*)"( selected|>\n<small)'  # of a choice, or of a text
+    sent = {e[1]: unescape(e[2]) for e in (re.search(result, f, re.S) for f in fields)}
     query = urlencode({"file": "bare.csv", **sent, "set.rate": rate})  # as a browser sends it
     text = ask(f"/inspection?{query}")
     (state,) = re.findall(r'<div class="(\w+)"><label for="set-rate"', text)
@@ -217,7 +217,7 @@ def test_dropped_files_have_a_bound_and_are_kept_apart_and_data_alone_say_what_t
     text = ask.listed()
     assert ('data-count="13"' in text, "rec.cfg" in text) == (True, True)
     same = re.findall(r'"/inspection\?(file=Dropped\S*?same\.csv)"', text)
-    shown = ["doubtful" in str(curves(ask, f"{each}&tab=0").keys()) for each in same]
+    shown = ["doubtful" in str(curves(ask, f"{item}&tab=0").keys()) for item in same]
     assert sorted(shown) == [False, True]
     for name in ("", "..", "a/b.csv", "a\0.csv"):
         assert ask("/drop", b"", [(name, b"1")]) == REFUSED
@@ -247,9 +247,9 @@ def test_names_and_texts_of_files_are_escaped_everywhere(ask):
     ask.set("<b>T", STROKE, "1", "2")
     listed, typed = ask.listed(), f"{LINE}&type=%3Cb%3ET"
     (hostile,) = re.findall(r'data-query="(\S*img\S*)"', listed)
-    pages = [listed, *(ask(f"/inspection?{each}") for each in (unescape(hostile), TODAY, typed))]
+    pages = [listed, *(ask(f"/inspection?{item}") for item in (unescape(hostile), TODAY, typed))]
     pages += ask(f"/model?{TODAY}")["parts"].values()
     pages += ask(f"/values?{typed}")["parts"].values()
     assert ("Coil &lt;b&gt;" in pages[2], "&lt;b&gt;T" in pages[3]) == (True, True)
     for raw in ("<img src=x", "<script>alert", "<b>", ODD):
-        assert not [each for each in pages if raw in each]
+        assert not [page for page in pages if raw in page]

@@ -58,8 +58,8 @@ def judgement(corrected, curves=JUDGED):
         "truth_log_density": rng.standard_normal(curves),
         "resolved": corrected.resolved.values[:curves],
     }
-    each = {name: ("curve", value) for name, value in values.items()}
-    return xr.Dataset(each, attrs={"motion": "closing"})
+    item = {name: ("curve", value) for name, value in values.items()}
+    return xr.Dataset(item, attrs={"motion": "closing"})
 
 
 def contractions(names=NAMES, shift=0.0):

@@ -54,7 +54,7 @@ def test_labels(shard, tmp_path):
         units = {name: bank[name].unit for name in ("travel", "time", "onset", "switching_time")}
         assert units == {"travel": "mm", "time": "ms", "onset": "ms", "switching_time": "ms"}
         assert bank.parameter.values.tolist() == list(NAMES)
-        assert bank.parameter_unit.values.tolist() == [each.unit for each in PARAMETERS]
+        assert bank.parameter_unit.values.tolist() == [item.unit for item in PARAMETERS]
         names = ("motion", "title", "seed", "breaker_version")
         about = [bank.attrs[name] for name in names]
         assert about == ["closing", "a bank", 1, __version__]
@@ -79,8 +79,8 @@ def test_same_seed_same_bytes(shard, tmp_path):
 def test_shards_keep_their_order_and_have_to_fit(shard, tmp_path):
     shards = [shard(number) for number in range(3)]
     paths = [tmp_path / f"shard_{number}.zarr" for number in range(3)]
-    for each, path in zip(shards, paths, strict=True):
-        save(each, path)
+    for item, path in zip(shards, paths, strict=True):
+        save(item, path)
     bank = open_bank([paths[2], paths[0], paths[1]])
     for variable in ("travel", "parameters", "onset", "switching_time", "reopening"):
         expected = np.concatenate([shards[number][variable] for number in (2, 0, 1)])

@@ -106,8 +106,8 @@ def test_coverage():
     n, levels = 1000, np.array([[0.5], [0.95]])
     columns = uniform_ranks(n, 99, 50, "coverage")
     error = np.sqrt(levels * (1 - levels) / n)
-    found = coverage(columns, 99, levels=levels[:, 0])
-    assert np.abs((found - levels) / error).max() < 4.5
+    result = coverage(columns, 99, levels=levels[:, 0])
+    assert np.abs((result - levels) / error).max() < 4.5
     draws, truth = gaussian(n, 99, width=0.7)  # 95 % intervals that hold 83 %
     narrow = coverage(ranks(draws, truth), 99, levels=[0.95])
     assert narrow[0, 0] < 0.95 - 4.5 * error[1, 0]

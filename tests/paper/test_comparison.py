@@ -14,16 +14,16 @@ def test_posteriors_are_compared_in_units_of_the_corrected_one():
     sd = line.std(ddof=1)
     corrected = np.stack([np.exp(3.0 + line), 0.3 + line], axis=1)
     amortised = np.stack([np.exp(3.5 + 2 * line), line], axis=1)
-    found = comparison.compare(amortised, corrected, np.array([np.exp(2.0), 0.3]), ["mu", "onset"])
+    result = comparison.compare(amortised, corrected, np.array([np.exp(2.0), 0.3]), ["mu", "onset"])
     expected = {
         "amortised": ([0.5, -0.3], [[-0.5, 1.5], [-0.8, 0.2]], [[-1.4, 2.4], [-1.25, 0.65]]),
         "corrected": ([0.0, 0.0], [[-0.5, 0.5]] * 2, [[-0.95, 0.95]] * 2),
     }
     for posterior, values in expected.items():
-        one = found.sel(posterior=posterior)
+        one = result.sel(posterior=posterior)
         for name, value in zip(("median", "interval_50", "interval_95"), values, strict=True):
             np.testing.assert_allclose(one[name], np.array(value) / sd, atol=1e-12)
-    np.testing.assert_allclose(found.truth, [-1.0 / sd, 0.0], atol=1e-12)
+    np.testing.assert_allclose(result.truth, [-1.0 / sd, 0.0], atol=1e-12)
 
 
 def test_examples_are_the_lowest_median_and_highest():
@@ -34,32 +34,32 @@ def test_examples_are_the_lowest_median_and_highest():
     corrected.draws[7] = corrected.draws[7, :1]  # one draw again and again
     corrected.resolved[3] = False
     judged["resolved"] = corrected.resolved[:9]
-    found = comparison.examples(judged, amortised, corrected)
-    assert found.place.values.tolist() == ["lowest", "median", "highest"]
-    assert found.curve.values.tolist() == [3, 6, 5]  # of 3 0 6 4 1 5, the lower of the middle two
-    assert found.efficiency.values.tolist() == [0.1, 0.6, 0.95]
-    assert found.resolved.values.tolist() == [False, True, True]
-    draws = [each.draws.values[6] for each in (amortised, corrected)]
+    result = comparison.examples(judged, amortised, corrected)
+    assert result.place.values.tolist() == ["lowest", "median", "highest"]
+    assert result.curve.values.tolist() == [3, 6, 5]  # of 3 0 6 4 1 5, the lower of the middle two
+    assert result.efficiency.values.tolist() == [0.1, 0.6, 0.95]
+    assert result.resolved.values.tolist() == [False, True, True]
+    draws = [item.draws.values[6] for item in (amortised, corrected)]
     alone = comparison.compare(*draws, amortised.truth.values[6], NAMES)
-    xr.testing.assert_allclose(found.isel(example=1)[list(alone)], alone)
+    xr.testing.assert_allclose(result.isel(example=1)[list(alone)], alone)
     for count, places in ((1, ["median"]), (2, ["lowest", "highest"])):
         few = judged.copy(deep=True)
         few.efficiency[count:] = np.nan
-        found = comparison.examples(few, amortised, corrected)
-        assert found.place.values.tolist() == places
+        result = comparison.examples(few, amortised, corrected)
+        assert result.place.values.tolist() == places
 
 
 def test_reached_is_sorted_by_the_limit():
     values = contractions()
-    found = comparison.reached(values, NAMES)
+    result = comparison.reached(values, NAMES)
     order = ["gamma_a", "onset", "f", "k_a", "gamma_b", "k_b", "mu", "L"]
-    assert found.output.values.tolist() == order
+    assert result.output.values.tolist() == order
     known = ["known from this motion"] * 5 + ["partly known"] + ["the prior decides"] * 2
-    assert found.known.values.tolist() == known
-    assert found.curves.values.tolist() == [200, 50, 48]
-    for source, each in values.items():
+    assert result.known.values.tolist() == known
+    assert result.curves.values.tolist() == [200, 50, 48]
+    for source, value in values.items():
         for name in NAMES:
-            one, column = found.sel(source=source, output=name), each[:, NAMES.index(name)]
+            one, column = result.sel(source=source, output=name), value[:, NAMES.index(name)]
             expected = [column.mean(), *np.quantile(column, [0.05, 0.95])]
-            found_here = [one[key].item() for key in ("mean", "lower", "upper")]
-            assert found_here == pytest.approx(expected)
+            computed = [one[key].item() for key in ("mean", "lower", "upper")]
+            assert computed == pytest.approx(expected)

@@ -48,7 +48,7 @@ def moments_p_value(model, draws):
     Repeats are independent, so their scatter is the Monte-Carlo error. A self-normalised mean is
     off by about 1 / 1200 of a variance; the error of 30 repeats' mean is ten times that.
     """
-    centred = np.array([model.standardise(each) - model.mean for each in draws])
+    centred = np.array([model.standardise(draw) - model.mean for draw in draws])
     moments = np.hstack([centred.mean(1), np.square(centred).mean(1)])
     return means_p_value(moments - np.r_[np.zeros(4), model.variance])
 
@@ -160,7 +160,7 @@ def test_a_map_is_fitted_to_all_draws_weighed_by_the_mixture(monkeypatch):
     for i, log_ratio in enumerate(ratios):
         taken = proposals[: i + 1]
         z = np.concatenate([points for _, points in taken])
-        mixture = sum(len(points) * np.exp(each.log_prob(z)) for each, points in taken) / len(z)
+        mixture = sum(len(points) * np.exp(item.log_prob(z)) for item, points in taken) / len(z)
         expected = NORMAL.log_joint(z, RECORD) - np.log(mixture)
         np.testing.assert_allclose(log_ratio, expected, atol=1e-9)
 

@@ -130,7 +130,7 @@ def test_regions_contain_their_share_of_the_draws():
     area = (x[1] - x[0]) * (y[1] - y[0])
     shares = [density[density >= level].sum() * area for level in levels]
     assert shares == pytest.approx(REGIONS, abs=0.05)
-    wide, high = (each[density.max(axis=k) >= levels[0]].max() for k, each in enumerate((x, y)))
+    wide, high = (item[density.max(axis=k) >= levels[0]].max() for k, item in enumerate((x, y)))
     assert high > 3.0 * wide  # the second output is up
 
 

@@ -75,13 +75,13 @@ def moments_p_value(data):
     Records are independent, so their scatter is the Monte-Carlo error. Weights of effective size
     1200 shift a mean by about 1 / 1200, a tenth of the error over 30 records.
     """
-    found = []
+    value = []
     for record, draws in zip(data.measured.values, data.draws.values, strict=True):
         mean, covariance, _ = MODEL.exact(record)
         centred = MODEL.standardise(draws) - mean
         e = np.linalg.solve(np.linalg.cholesky(covariance), centred.T)
-        found.append(np.r_[e.mean(axis=1), np.square(e).mean(axis=1) - 1.0])
-    return means_p_value(found)
+        value.append(np.r_[e.mean(axis=1), np.square(e).mean(axis=1) - 1.0])
+    return means_p_value(value)
 
 
 def evidence_p_value(data):

@@ -41,16 +41,16 @@ def test_limit_in_plain_matrices(prior, sensor, motion, changes):
     whitened = linearise(model, z)[1]
     limits = contraction_limit(model, model.destandardise(z))
     inverse = np.linalg.inv(covariance(model.sensor))
-    for place, found, limit in zip(z, whitened, limits, strict=True):
+    for place, result, limit in zip(z, whitened, limits, strict=True):
         slopes = sum(
             weight * (model.curves(model.destandardise(place + s * step * np.eye(q))) - behind)
             for s, weight in enumerate(weights, start=1)
             for behind in [model.curves(model.destandardise(place - s * step * np.eye(q)))]
         )
         slopes /= step
-        np.testing.assert_allclose(found, model.sensor.whiten(slopes), rtol=0, atol=1e-3)
+        np.testing.assert_allclose(result, model.sensor.whiten(slopes), rtol=0, atol=1e-3)
         fisher = slopes @ inverse @ slopes.T
-        np.testing.assert_allclose(found @ found.T, fisher, rtol=1e-4, atol=1e-3)
+        np.testing.assert_allclose(result @ result.T, fisher, rtol=1e-4, atol=1e-3)
         expected = 1 - np.diag(np.linalg.inv(fisher + np.eye(q)))
         np.testing.assert_allclose(limit, expected, rtol=0, atol=1e-5)
     over_prior = limit_over_prior(model, 10, generator(1, "test", "limit"))

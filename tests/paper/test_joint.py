@@ -102,8 +102,8 @@ def test_a_prior_of_ones_own_with_a_density_has_the_same_posterior(tight):
     assert (own.sds < 1.03 * tight.sds).all()  # the condition narrows some
     record, values = a_record(tight)
     density, expected = (
-        each.log_joint(each.standardise(values), record) + each.log_scaling(values)
-        for each in (own, tight)
+        item.log_joint(item.standardise(values), record) + item.log_scaling(values)
+        for item in (own, tight)
     )
     np.testing.assert_allclose(density, expected, atol=1e-8)
     np.testing.assert_allclose(own.destandardise(own.standardise(values)), values, rtol=1e-12)
@@ -146,7 +146,7 @@ def test_log_prior_is_minus_infinity_outside(model):
 
 def test_drives_too_fast_to_be_simulated_have_no_density(setting):
     """Within 20 prior sds of a wide prior; the others keep theirs."""
-    wide = {name: each | {"log_sd": 1.5} for name, each in setting["prior"].items()}
+    wide = {name: item | {"log_sd": 1.5} for name, item in setting["prior"].items()}
     model = Model.from_settings({**setting, "prior": wide, "motion": "closing"})
     record, values = a_record(model)
     z = model.standardise(values)

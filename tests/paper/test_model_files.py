@@ -60,16 +60,16 @@ def changed(settings=None, header=None, tensors=None, value=None):
 
     def fault(source, target):
         with safe_open(str(source), framework="pt") as file:
-            text = {name: each for name, each in file.metadata().items() if name != "checksum"}
+            text = {name: item for name, item in file.metadata().items() if name != "checksum"}
             arrays = {name: file.get_tensor(name) for name in file.keys()}  # noqa: SIM118
         if settings:
             new = settings(json.loads(text["settings"]))
             text["settings"] = new if isinstance(new, str) else json.dumps(new)
         if tensors:
             tensors(arrays)
-        for name, each in (value or {}).items():
+        for name, item in (value or {}).items():
             arrays[name] = arrays[name].clone()
-            arrays[name].view(-1)[0] = each
+            arrays[name].view(-1)[0] = item
         text = header(text) if header else text
         save_file(arrays, target, metadata=text)
         if text and "settings" in text:

@@ -164,7 +164,7 @@ def test_an_operation_that_the_network_fails_on_leaves_the_rest(
     for name in ("draws", "median", "interval_95", "p_value", "outside_support"):
         assert np.isnan(result[name].values[3]).all(), name
     others = [0, 1, 2, 4, 5, 6]
-    one, other = (each.isel(operation=others) for each in (result, inferred))
+    one, other = (item.isel(operation=others) for item in (result, inferred))
     xr.testing.assert_identical(one.drop_vars("reason"), other.drop_vars("reason"))
     assert one.reason.values.tolist() == other.reason.values.tolist()
 
@@ -285,8 +285,8 @@ def test_share_inside_counts_the_main_motion_alone(certain, curves):
     odd = np.zeros((2, times.size))
     odd[0, first + 1], odd[1, after:] = 1.0, 0.5 * np.resize([1, -1], times.size - after)
     chosen = three(curves, record, *(record + odd))
-    found = infer(model, chosen, draws=100, seed=1, misfit_p_value=0.5)
-    result = predict_stages(model.model, found, stages=3, seed=1)
+    answer = infer(model, chosen, draws=100, seed=1, misfit_p_value=0.5)
+    result = predict_stages(model.model, answer, stages=3, seed=1)
     travel = chosen.travel.values
     inside = (travel >= result.lower.values) & (travel <= result.upper.values)
     expected = inside[:, first:last].mean(axis=1)
@@ -305,7 +305,7 @@ def test_table_is_tidy(inferred):
     """With what is known of the operations, and nothing empty."""
     temperature = [np.nan, 21.5, *[np.nan] * 5]
     known = {"breaker": [""] * 7, "temperature": temperature, "event": [*[""] * 6, "greased"]}
-    rows = table(inferred.assign({name: ("operation", each) for name, each in known.items()}))
+    rows = table(inferred.assign({name: ("operation", item) for name, item in known.items()}))
     assert rows.columns.tolist() == [
         *("operation", "output", "unit", "median"),
         *("interval_50_lower", "interval_50_upper", "interval_95_lower", "interval_95_upper"),
@@ -317,11 +317,11 @@ def test_table_is_tidy(inferred):
     assert rows.output.tolist() == [*NAMES, "onset"] * 7
     units = dict(zip(rows.output, rows.unit, strict=True))
     assert (units["L"], units["mu"], units["onset"]) == ("mm", "1", "ms")
-    for name, each in (
+    for name, item in (
         ("median", inferred["median"]),
         ("interval_95_lower", inferred.interval_95.sel(bound="lower")),
         ("interval_50_upper", inferred.interval_50.sel(bound="upper")),
     ):
-        np.testing.assert_array_equal(rows[name], each.values.ravel())
+        np.testing.assert_array_equal(rows[name], item.values.ravel())
     for name in ("p_value", "misfit", "outside_prior", "accepted", "reason", "file"):
         np.testing.assert_array_equal(rows[name], np.repeat(inferred[name].values, 8))

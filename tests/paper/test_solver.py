@@ -57,7 +57,7 @@ def test_differences_are_in_posterior_sds_and_nats(curved, measured):
         curved.density_solver_steps.fill_(steps)
         draws[steps] = curved.sample(measured, noise)
         density[steps] = curved.log_prob(draws[16][:, ::5], measured)
-    z = {steps: curved.model.standardise(each) for steps, each in draws.items()}
+    z = {steps: curved.model.standardise(draw) for steps, draw in draws.items()}
     expected = np.abs(z[2] - z[16]) / z[16].std(axis=1, ddof=1)[:, None]
     assert float(result.mean_difference) == pytest.approx(expected.mean(), rel=1e-12)
     assert float(result.max_difference) == pytest.approx(expected.max(), rel=1e-12)

@@ -50,8 +50,8 @@ def test_scatter_is_white_and_the_first_coordinates_are_those_of_wear(seen):
     assert (np.diff(curve.variance) <= 1e-9).all()
     assert curve.variance[0] > 2.0 * curve.variance[20]
     family = np.diag(BASES["closing"].variances[: curve.variance.size])
-    found = curve.forward.T @ family @ curve.forward
-    np.testing.assert_allclose(found, np.diag(curve.variance), atol=1e-9 * curve.variance[0])
+    result = curve.forward.T @ family @ curve.forward
+    np.testing.assert_allclose(result, np.diag(curve.variance), atol=1e-9 * curve.variance[0])
 
 
 @pytest.mark.parametrize(("count", "sd"), [(200, 0.0), (4, 0.05), (4, 3.0), (1, 0.05)])
@@ -59,8 +59,8 @@ def test_a_measured_quantity_is_in_units_of_its_scatter(count, sd):
     """The fewer readings, the more is it what is usual and stated with them."""
     series = replace(a_series(sd=sd), new=np.arange(count))
     coordinates, key = Coordinates.of(series, BASES), ("closing", "travel_time")
-    (found, reading), *more = coordinates.readings.items()
-    assert (found, more) == (key, [])
+    (result, reading), *more = coordinates.readings.items()
+    assert (result, more) == (key, [])
     curve, block = coordinates.blocks(series)
     times = series.motions["closing"].measured["travel_time"]
     np.testing.assert_allclose(reading.mean + reading.scatter * block.values[:, 0], times)
@@ -82,4 +82,4 @@ def test_records_of_an_inspection_share_an_error():
     assert block.noise == pytest.approx(1.0 / 4.0 + shared)
     assert (curve.noise > 1.0 / 4.0).all()
     monitored = coordinates.blocks(replace(series, inspections=None))
-    assert all((each.noise == 1.0).all() for each in monitored)
+    assert all((item.noise == 1.0).all() for item in monitored)

@@ -81,27 +81,27 @@ def results(drives, defaults):
 
 
 def of(breaker, results):
-    return next(each for each in results if each.breaker == breaker)
+    return next(result for result in results if result.breaker == breaker)
 
 
 def test_two_inspections_are_compared_as_alone(drives, results, defaults):
-    drive, found = of(WORN, drives), of(WORN, results)
-    limits = [each for each in defaults["limits"] if each["of"] == "change"]
+    drive, result = of(WORN, drives), of(WORN, results)
+    limits = [default for default in defaults["limits"] if default["of"] == "change"]
     alone = Diagnosis(defaults, limits)
     before, today = (alone.read({m: [e] for m, e in rows}) for rows in drive.inspections)
     change = compare_inspections(alone, {"before": before, "today": today})
-    verdicts = {each["name"]: each for each in change.limits}
-    assert (found.state, found.limits[0].limit, found.inspections) == ("due", "stiff_drive", 2)
-    assert {e.limit: e.p_exceeded for e in found.limits} == {
-        name: each["p_exceeded"] for name, each in verdicts.items()
+    verdicts = {item["name"]: item for item in change.limits}
+    assert (result.state, result.limits[0].limit, result.inspections) == ("due", "stiff_drive", 2)
+    assert {e.limit: e.p_exceeded for e in result.limits} == {
+        name: verdict["p_exceeded"] for name, verdict in verdicts.items()
     }
 
 
 def test_drives_without_a_usable_record_or_with_another_ratio_are_unknown(results):
-    found, remounted = of(BROKEN, results), of(REMOUNTED, results)
-    assert (found.state, found.rejected, found.measured) == ("unknown", 4, [])
+    result, remounted = of(BROKEN, results), of(REMOUNTED, results)
+    assert (result.state, result.rejected, result.measured) == ("unknown", 4, [])
     files = {f"{BROKEN}_{motion}_{number}.csv" for motion in MOTIONS for number in (1, 2)}
-    assert {file for file in files for note in found.remarks if file in note.text} == files
+    assert {file for file in files for note in result.remarks if file in note.text} == files
     assert (remounted.state, len(remounted.limits)) == ("unknown", 0)
     assert "different-setup-check" in {note.code for note in remounted.remarks}
 
@@ -118,13 +118,13 @@ def test_the_table_has_the_urgent_drive_first_and_marks_those_unlike_their_type(
 
 @pytest.mark.parametrize("deviating", [0, 2])
 def test_false_outliers_are_as_rare_as_stated(deviating):
-    rng, n, found = np.random.default_rng(1), 12, []
+    rng, n, result = np.random.default_rng(1), 12, []
     for _ in range(1000):
         values = 10.0 + 0.1 * rng.standard_normal(n) + 2.0 * (np.arange(n) < deviating)
         usual, p = outliers(values, np.full(n, 1e-3), 0.05)
-        found.append((~usual[:deviating]).all() and (p[:deviating] < 0.05).all())
-        found.append((~usual[deviating:]).any())
-    hits, alarms = np.reshape(found, (-1, 2)).mean(axis=0)
+        result.append((~usual[:deviating]).all() and (p[:deviating] < 0.05).all())
+        result.append((~usual[deviating:]).any())
+    hits, alarms = np.reshape(result, (-1, 2)).mean(axis=0)
     assert hits > 0.98
     assert alarms < 0.08
 
@@ -132,45 +132,45 @@ def test_false_outliers_are_as_rare_as_stated(deviating):
 def test_operations_without_a_date_belong_to_the_inspection_before():
     dates = {1: "2012-05-01", 2: "", 3: "2012-05-20T10:00:00", 7: "2020-01-01", 8: ""}
     rows = [("closing", Operation(number, "", date=date)) for number, date in dates.items()]
-    numbers = [[each.number for _, each in some] for some in inspections_of(rows[::-1])]
+    numbers = [[item.number for _, item in some] for some in inspections_of(rows[::-1])]
     assert numbers == [[1, 2, 3], [7, 8]]
     assert len(inspections_of([rows[1], rows[4]])) == 1
 
 
 def test_limits_of_a_type_count_in_any_spelling(drives, defaults):
     types = {"GL 314": {"limits": {"closing stroke": [20, 22], "opening travel_time": [None, 50]}}}
-    found = [
+    result = [
         examine(replace(of("Q0", drives), type=name), defaults, types)
         for name in ("gl-314", "GL314", "GL318")
     ]
     states = {"closing stroke by type": "due", "opening travel_time by type": "ok"}
-    assert [{e.limit: e.state for e in each.limits} for each in found] == [states, states, {}]
-    assert "no-limit-of-drive" in {note.code for note in found[2].remarks}
-    assert len({len(each.measured) for each in found}) == 1  # also without an entry
-    assert {*fleet_table(found).type} == {"gl-314", "GL318"}  # two spellings are one
+    assert [{e.limit: e.state for e in item.limits} for item in result] == [states, states, {}]
+    assert "no-limit-of-drive" in {note.code for note in result[2].remarks}
+    assert len({len(item.measured) for item in result}) == 1  # also without an entry
+    assert {*fleet_table(result).type} == {"gl-314", "GL318"}  # two spellings are one
 
 
 def test_a_limit_is_judged_where_the_first_inspection_lacks_its_motion(one_drive, prior, defaults):
     """Planted fault: a limit that is exceeded was unknown, as compared records had no closing."""
     drive = one_drive(2 * [prior.medians], (2017, 2020), lost=True)
     late = {"name": "late", "motion": "closing", "of": "record", "upper": {"travel_time": 5.0}}
-    found = examine(drive, {**defaults, "limits": [late]}, {})
-    assert (found.inspections, found.state, found.limits[0].p_exceeded) == (2, "due", 1.0)
+    result = examine(drive, {**defaults, "limits": [late]}, {})
+    assert (result.inspections, result.state, result.limits[0].p_exceeded) == (2, "due", 1.0)
 
 
 def test_yearly_inspections_show_wear_before_the_limit(one_drive, prior, defaults):
     """A force that falls by 12 % in ten years, two records a year, and a limit at 10 %."""
     falls = np.repeat(np.linspace(0.0, 0.12, 10), 2)[:, None] * (np.array(NAMES) == "f")
     drive = one_drive(prior.medians * (1.0 - falls), np.repeat(range(2000, 2010), 2))
-    assert [len(each) for each in drive.inspections] == 10 * [4]
+    assert [len(inspection) for inspection in drive.inspections] == 10 * [4]
     limits = [{"name": "tired", "of": "change", "lower": {"f": "-10 %"}}]
     limits += [{"name": "stiff", "of": "change", "upper": {"gamma_a": "+15 %"}}]
     config = {**defaults, "limits": limits, "trend": {**defaults["trend"], "draws": 60}}
     first = (replace(drive, inspections=drive.inspections[:count]) for count in (2, 8, 10))
-    found = [examine(each, config, {}) for each in first]
-    assert [each.state for each in found] == ["ok", "planned", "due"]
-    assert [each.limits[-1].state for each in found] == ["ok", "ok", "ok"]  # of stiff
-    assert found[1].limits[0].service_by_date.startswith("200")
+    result = [examine(item, config, {}) for item in first]
+    assert [item.state for item in result] == ["ok", "planned", "due"]
+    assert [item.limits[-1].state for item in result] == ["ok", "ok", "ok"]  # of stiff
+    assert result[1].limits[0].service_by_date.startswith("200")
 
 
 def test_many_operations_are_a_life(one_drive, prior, defaults, monkeypatch):
@@ -179,7 +179,7 @@ def test_many_operations_are_a_life(one_drive, prior, defaults, monkeypatch):
     drive = one_drive(prior.medians * (1.0 - falls), lost=True)
     monkeypatch.setattr(fleet, "_LIFE", 30)
     monkeypatch.setattr("breaker.prognosis.series._FIRST", 6)
-    found = examine(drive, {**defaults, "trend": {**defaults["trend"], "draws": 60}}, {})
-    assert {each.limit for each in found.limits} == {"stiff_drive", "tired_closing"}
-    assert found.limits[0].limit == "tired_closing"
-    assert found.state in ("planned", "due")
+    result = examine(drive, {**defaults, "trend": {**defaults["trend"], "draws": 60}}, {})
+    assert {item.limit for item in result.limits} == {"stiff_drive", "tired_closing"}
+    assert result.limits[0].limit == "tired_closing"
+    assert result.state in ("planned", "due")

@@ -21,19 +21,19 @@ def forecast(change, rate, future=SURE, *, sd=0.01, rate_sd=1e-6):
     path = SimpleNamespace(covariance=0.0 * one, **{name: e * one for name, e in sizes.items()})
     coordinates = Coordinates({}, {("closing", "travel_time"): reading})
     drive = Readout(None, coordinates, None, 200, 1, 0.0 * one, 1e-12 * one)
-    found = Onward(path, drive, np.array([0]), np.array([1000.0]), future).forecast(LIMIT)
-    return SimpleNamespace(**{name: values[0] for name, (_, values) in found.items()})
+    result = Onward(path, drive, np.array([0]), np.array([1000.0]), future).forecast(LIMIT)
+    return SimpleNamespace(**{name: values[0] for name, (_, values) in result.items()})
 
 
 @pytest.mark.parametrize(
     ("at", "rate", "left"), [(1.0, 0.002, 500.0), (1.0, -0.002, np.inf), (2.5, 0.002, 0.0)]
 )
 def test_a_path_crosses_where_it_does_or_never(at, rate, left):
-    found = forecast(at, rate)
-    assert found.p_exceeded[0] == (at > 2.0)
-    assert found.p_nearer[0] == 1.0
-    assert found.value[0, 1] == pytest.approx(8.0 + at)
-    np.testing.assert_allclose(found.remaining[0], left, rtol=0.05)
+    result = forecast(at, rate)
+    assert result.p_exceeded[0] == (at > 2.0)
+    assert result.p_nearer[0] == 1.0
+    assert result.value[0, 1] == pytest.approx(8.0 + at)
+    np.testing.assert_allclose(result.remaining[0], left, rtol=0.05)
 
 
 def test_wear_that_may_become_faster_shortens_the_early_end():

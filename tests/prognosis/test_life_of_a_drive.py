@@ -30,13 +30,13 @@ def records(worn=20.0, seed=1):
     """Records whose damping rises by so many percent, as ``read_curves`` returns them, of a drive
     of which everything scatters.
     """
-    rng, found = np.random.default_rng(seed), {}
+    rng, result = np.random.default_rng(seed), {}
     theta = np.tile(THETA, (N, 1)) * (1.0 + 0.003 * rng.standard_normal((N, THETA.size)))
     theta[:, PLACE] *= 1.0 + worn / 100.0 * np.arange(N) / N
     numbers = {"accepted": True, "rate": 1.0 / STEP, "record_noise": 0.05, "record_colour": 0.0}
     for motion in MOTIONS:
         moved = zip(theta, TIMES - 0.2 * rng.standard_normal((N, 1)), strict=True)
-        curves = [Drive(tuple(each), Elements()).travel(motion, times) for each, times in moved]
+        curves = [Drive(tuple(item), Elements()).travel(motion, times) for item, times in moved]
         curves = np.array(curves) + 0.05 * rng.standard_normal((N, TIMES.size))
         times = [measure_curve(TIMES, curve, motion)["travel_time"][:2] for curve in curves]
         data = {name: ("operation", np.full(N, value)) for name, value in numbers.items()}
@@ -44,8 +44,8 @@ def records(worn=20.0, seed=1):
         for name, values in zip(("measured", "measured_sd"), np.array(times).T, strict=True):
             data[name] = ("operation", "quantity"), values[:, None]
         coords = {"operation": np.arange(1, N + 1), "quantity": ["travel_time"]}
-        found[motion] = xr.Dataset(data, coords)
-    return found
+        result[motion] = xr.Dataset(data, coords)
+    return result
 
 
 def first(count):
@@ -72,8 +72,8 @@ def test_what_wears_is_reported_and_nothing_else(life):
     true = 100.0 * (1.2 / (1.0 + 0.2 * (NEW / 2.0) / N) - 1.0)
     assert 5.0 < low < true < high
     still = forecast(records(0.0, 2), LIMITS[:1]).changed.isel(asked=-1)
-    for found in (changed.sel(parameter=["f", "k_a", "L"]), still):
-        low, _, high = found.values.T
+    for result in (changed.sel(parameter=["f", "k_a", "L"]), still):
+        low, _, high = result.values.T
         assert (low <= 0.0).all()
         assert (high >= 0.0).all()
     assert np.abs(still.sel(quantile=0.5)).max() < 1.0
@@ -111,7 +111,7 @@ def test_what_comes_later_changes_nothing_before(life):
     np.testing.assert_allclose(short.evidence, life.evidence[:120])
     both = np.intersect1d(short.asked, life.asked)[:-1]
     # Networks read lives as batches, whose sizes round float32 in other ways.
-    pair = (each.changed.sel(asked=both) for each in (short, life))
+    pair = (item.changed.sel(asked=both) for item in (short, life))
     np.testing.assert_allclose(*pair, rtol=1e-4, atol=1e-4)
 
 
@@ -134,5 +134,5 @@ def test_a_saved_life_has_the_same_states(life, tmp_path):
     kept = Life(LIMITS, {}, events={}, conditions={})
     kept.forecast = life
     kept.save(tmp_path / "life.zarr", seed=1)
-    found = Life.load(tmp_path / "life.zarr")
-    xr.testing.assert_identical(found.state(PLANNING), kept.state(PLANNING))
+    result = Life.load(tmp_path / "life.zarr")
+    xr.testing.assert_identical(result.state(PLANNING), kept.state(PLANNING))

@@ -19,12 +19,12 @@ def curves(numbers, motion="closing", *, lost=()):
     record[:, -5:], accepted = np.nan, ~np.isin(numbers, lost)
     about = {"accepted": accepted, "rate": one / STEP, "record_noise": 0.02 * one}
     of_quantities = {"measured": [1.0, 2.0], "measured_sd": [0.1, 0.2]}
-    found = {name: ("operation", each) for name, each in about.items()}
-    found["record"] = ("operation", "sample"), np.where(accepted[:, None], record, np.nan)
-    found["record_colour"] = "operation", 0.0 * one
+    result = {name: ("operation", item) for name, item in about.items()}
+    result["record"] = ("operation", "sample"), np.where(accepted[:, None], record, np.nan)
+    result["record_colour"] = "operation", 0.0 * one
     for name, share in of_quantities.items():
-        found[name] = ("operation", "quantity"), np.outer(numbers, share)
-    return xr.Dataset(found, {"operation": numbers, "quantity": ["stroke", "travel_time"]})
+        result[name] = ("operation", "quantity"), np.outer(numbers, share)
+    return xr.Dataset(result, {"operation": numbers, "quantity": ["stroke", "travel_time"]})
 
 
 def series(data=None, events=(), conditions=()):
@@ -36,11 +36,11 @@ def series(data=None, events=(), conditions=()):
 
 
 def test_motions_are_aligned_over_all_operations_in_the_units_of_the_new_records():
-    found = series()
-    closing, opening = found.motions["closing"], found.motions["opening"]
-    assert found.operations.tolist() == list(range(1, 43))
-    assert closing.there.tolist() == [o <= 40 and o != 3 for o in found.operations]
-    assert opening.there.tolist() == [o >= 2 for o in found.operations]
+    result = series()
+    closing, opening = result.motions["closing"], result.motions["opening"]
+    assert result.operations.tolist() == list(range(1, 43))
+    assert closing.there.tolist() == [o <= 40 and o != 3 for o in result.operations]
+    assert opening.there.tolist() == [o >= 2 for o in result.operations]
     assert closing.measured["travel_time"][9] == 20.0
     assert closing.stated["travel_time"][9] == pytest.approx(2.0)
     assert not opening.measured
@@ -51,9 +51,9 @@ def test_motions_are_aligned_over_all_operations_in_the_units_of_the_new_records
 
 
 def test_new_are_the_first_50_with_all_motions_under_monitoring():
-    found = series()
-    assert found.inspections is None
-    assert found.operations[found.new].tolist() == [2, *range(4, 41)]
+    result = series()
+    assert result.inspections is None
+    assert result.operations[result.new].tolist() == [2, *range(4, 41)]
     assert series({"closing": curves(np.arange(1, 80))}).new.tolist() == list(range(50))
     with pytest.raises(ValueError, match="first inspection"):
         series({"closing": curves(np.arange(1, 4), lost=[1, 2, 3])})
@@ -65,10 +65,10 @@ def test_new_is_the_first_inspection(dated):
     data = curves(np.arange(1, 9) if dated else np.array([1, 2, 201, 202, 401, 402, 601, 602]))
     if dated:
         data["date"] = "operation", [f"{2000 + k // 2}-05-01" for k in range(8)]
-    found = series({"closing": data})
-    assert found.new.tolist() == [0, 1]
-    assert found.inspections.tolist() == [0, 0, 1, 1, 2, 2, 3, 3]
-    means, count = found.gathered(np.arange(8.0)[:, None])
+    result = series({"closing": data})
+    assert result.new.tolist() == [0, 1]
+    assert result.inspections.tolist() == [0, 0, 1, 1, 2, 2, 3, 3]
+    means, count = result.gathered(np.arange(8.0)[:, None])
     assert count == 2.0
     assert means[1::2, 0].tolist() == [0.5, 2.5, 4.5, 6.5]
     assert np.isnan(means[::2]).all()
@@ -80,9 +80,9 @@ def test_events_end_an_inspection_and_what_is_new_after_them():
     with pytest.raises(ValueError, match="oil changed"):
         events_of(texts, {})
     assert inspections_of(np.array([1, 2, 201, 202]), None, [3]).tolist() == [0, 0, 1, 2]
-    found = series(events=events_of({30: "greased", 6: "inspected"}, {}))
-    assert found.operations[found.new].tolist() == [2, *range(4, 30)]
-    assert found.events == {29: True}
+    result = series(events=events_of({30: "greased", 6: "inspected"}, {}))
+    assert result.operations[result.new].tolist() == [2, *range(4, 30)]
+    assert result.events == {29: True}
 
 
 def test_conditions_are_relative_to_those_of_new_operations():

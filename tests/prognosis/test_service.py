@@ -30,17 +30,17 @@ def test_a_service_is_planned_where_it_costs_least_by_hand():
     lives = np.repeat([300.0, 900.0], [10, 90])
     for failure_cost, left in ((11.0, 300.0), (3.0, 900.0)):
         best, _, extra = planned(lives, failure_cost=failure_cost)
-        found = best.item()
-        assert found == extra.ahead[extra.ahead < left][-1]
-        assert extra.min() == extra.sel(ahead=found) == 0.0
+        result = best.item()
+        assert result == extra.ahead[extra.ahead < left][-1]
+        assert extra.min() == extra.sel(ahead=result) == 0.0
 
 
 def test_a_dearer_failure_never_plans_later():
     rng = np.random.default_rng(0)
     for spread in (0.1, 0.3, 0.8):
         lives = 500.0 * np.exp(spread * rng.standard_normal(200))
-        found = [best(lives, failure_cost=c) for c in (2, 5, 10, 20, 100, 1000)]
-        assert found == sorted(found, reverse=True)
+        result = [best(lives, failure_cost=c) for c in (2, 5, 10, 20, 100, 1000)]
+        assert result == sorted(result, reverse=True)
 
 
 def test_a_failure_counts_unless_records_show_it_before():
@@ -72,7 +72,7 @@ def test_days_count_over_the_last_year_or_since_the_first_date():
 
 def test_dates_of_operations_to_come():
     operations, days = np.array([10, 20, 30]), np.array([737424.0, NAN, 737484.0])
-    found = on_date(np.full((3, 1), 40.0), operations, days, np.array([NAN, 2.0, 3.0]))
-    assert found[:, 0].tolist() == ["", "2020-03-01", "2020-03-31"]
+    result = on_date(np.full((3, 1), 40.0), operations, days, np.array([NAN, 2.0, 3.0]))
+    assert result[:, 0].tolist() == ["", "2020-03-01", "2020-03-31"]
     far = np.array([[np.inf], [1e9], [25.0]])
     assert on_date(far, operations, days, np.full(3, 3.0))[:, 0].tolist() == ["", "", "2020-02-15"]

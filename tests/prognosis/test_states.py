@@ -15,8 +15,8 @@ def stood(fails=(450.0, np.inf), **about):
     return states_of(a_life(fails, **about), PLANNING)
 
 
-def states(found, limit):
-    return np.array(STATES)[found.state.sel(limit=limit).values]
+def states(result, limit):
+    return np.array(STATES)[result.state.sel(limit=limit).values]
 
 
 @pytest.mark.parametrize(
@@ -42,19 +42,19 @@ def test_each_transition(state, facts):
 
 
 def test_a_drive_is_ok_then_planned_then_due():
-    found, asked = stood(), a_life().asked.values
-    seen = states(found, "slow")
+    result, asked = stood(), a_life().asked.values
+    seen = states(result, "slow")
     assert (seen[:99] == "unknown").all()
     assert [seen[150], seen[400], seen[-1]] == ["ok", "planned", "due"]
-    assert (np.diff(found.state.sel(limit="slow").values[99:]) >= 0).all()
-    assert found.certain.sel(limit="slow") == 450.0
-    assert np.isnan(found.certain.sel(limit="stiff"))
-    assert (found.remaining.sel(limit="slow", operation=slice(450, None)) == 0.0).all()
-    assert found.recommended_since.sel(limit="slow")[-1] == found.drive_since[-1] > 300.0
+    assert (np.diff(result.state.sel(limit="slow").values[99:]) >= 0).all()
+    assert result.certain.sel(limit="slow") == 450.0
+    assert np.isnan(result.certain.sel(limit="stiff"))
+    assert (result.remaining.sel(limit="slow", operation=slice(450, None)) == 0.0).all()
+    assert result.recommended_since.sel(limit="slow")[-1] == result.drive_since[-1] > 300.0
     at = np.searchsorted(OPERATIONS, asked)  # no service is behind the quantile printed with it
-    planned = found.state.values[at] == STATES.index("planned")
-    last = asked[:, None] + found.remaining.values[at, :, 0]
-    assert (found.service_by.values[at] <= last)[planned].all()
+    planned = result.state.values[at] == STATES.index("planned")
+    last = asked[:, None] + result.remaining.values[at, :, 0]
+    assert (result.service_by.values[at] <= last)[planned].all()
 
 
 @pytest.mark.parametrize("maintained", [False, True])
@@ -63,11 +63,11 @@ def test_maintenance_alone_ends_due_and_makes_a_drive_young(maintained):
     life.p_exceeded[:, 0] = (life.asked > 300) & (life.asked < 350)
     if maintained:
         life["start"][:], life["maintenance"][:] = 351, True
-    found = states_of(life, PLANNING)
-    seen = states(found, "slow")
+    result = states_of(life, PLANNING)
+    seen = states(result, "slow")
     assert seen[320] == seen[349] == "due"
     assert seen[-1] == ("ok" if maintained else "due")
-    assert (found.remaining.sel(limit="slow", operation=349) == 0.0).all()
+    assert (result.remaining.sel(limit="slow", operation=349) == 0.0).all()
     # What a service now costs more than one in the end, without a failure, tells the age.
     age, horizon = OPERATIONS[-1] - (351 if maintained else 1), life.attrs["horizon"]
-    assert found.extra.sel(limit="stiff")[0] == pytest.approx(horizon / (age + horizon))
+    assert result.extra.sel(limit="stiff")[0] == pytest.approx(horizon / (age + horizon))

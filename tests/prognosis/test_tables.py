@@ -55,5 +55,5 @@ def test_tables_say_what_a_life_says():
 def test_the_page_says_what_to_do_what_changed_and_whether_to_trust_it(about, codes):
     life = a_life(**about)
     decisions, limits, _ = tables(life)
-    found = sentences(life, decisions, limits, advice_of())
-    assert [each.code for each in found] == [f"life-{code}" for code in codes]
+    result = sentences(life, decisions, limits, advice_of())
+    assert [item.code for item in result] == [f"life-{code}" for code in codes]

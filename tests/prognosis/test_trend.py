@@ -17,7 +17,7 @@ def blocks(seed=1, *, add=0.0, aside=0.0, k=6):
     values = [rng.standard_normal((N, k)) for _ in range(2)]
     values[0][:, 0] += add
     values[0][:, 2] += aside
-    return [Block(each, np.geomspace(1e4, 1.0, k), np.ones(k)) for each in values]
+    return [Block(value, np.geomspace(1e4, 1.0, k), np.ones(k)) for value in values]
 
 
 def follow(some, events=None, conditions=()):
@@ -51,8 +51,8 @@ def test_coefficients_and_evidence_are_those_of_regressions_of_all_records(start
         wide = 100.0 * some @ some.T + noise * np.eye(len(y))
         for sign, cov_y in ((-0.5, wide + 4.0 * column @ column.T), (0.5, wide)):
             expected += sign * (y @ np.linalg.solve(cov_y, y) + np.linalg.slogdet(cov_y)[1])
-    (found,) = evidence(*explained, np.full((1, k), 4.0))
-    assert found == pytest.approx(expected, rel=1e-6)
+    (result,) = evidence(*explained, np.full((1, k), 4.0))
+    assert result == pytest.approx(expected, rel=1e-6)
 
 
 def test_a_path_and_its_rate_are_known_also_where_it_bends():
@@ -90,11 +90,11 @@ def test_nothing_is_noticed_where_nothing_changes_and_neighbours_share_errors():
 def test_a_planted_change_is_noticed_placed_and_named(what, aside, kind, late):
     path = follow(blocks(add=what, aside=aside))
     assert len(path.changes) == 1
-    found = path.changes[0]
-    assert found.kind == kind
-    assert 200 < found.noticed <= 200 + late
-    assert abs(found.start - 200) <= 8
-    assert found.earliest <= found.start <= found.latest
+    result = path.changes[0]
+    assert result.kind == kind
+    assert 200 < result.noticed <= 200 + late
+    assert abs(result.start - 200) <= 8
+    assert result.earliest <= result.start <= result.latest
     true = what - what[:NEW].mean()
     off = (path.change[-1, 0] - true[-1]) / np.sqrt(path.variance[-1, 0])
     assert abs(off) < 4.0

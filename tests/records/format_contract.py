@@ -116,6 +116,6 @@ class FormatContract:
     def test_an_opened_file_stays_what_it_was(self, curve_file, settings):
         opened = Opened(curve_file)
         before = read_columns(opened, settings).travel
-        for each in curve_file.parent.iterdir():
-            each.unlink()
+        for item in curve_file.parent.iterdir():
+            item.unlink()
         assert np.array_equal(read_columns(opened, settings).travel, before)

@@ -35,7 +35,10 @@ def check(folder, motions=("closing", "opening"), **endurance):
 
 def test_a_folder_without_faults_is_a_table(folder):
     checked = check(folder)
-    assert [(each.motion, each.accepted) for each in checked] == [("closing", 12), ("opening", 1)]
+    assert [(record.motion, record.accepted) for record in checked] == [
+        ("closing", 12),
+        ("opening", 1),
+    ]
     line = text_of(document_of(checked)).splitlines()[1].split()
     assert line[:5] == ["closing", "12", "12", "0", "0"]
     assert 14 < float(line[5]) <= float(line[7]) < 15
@@ -44,7 +47,7 @@ def test_a_folder_without_faults_is_a_table(folder):
 def test_what_cannot_be_listed_is_said_and_the_rest_goes_on(folder):
     (folder / "opening" / "opening_001.csv").rename(folder / "opening" / "opening.csv")
     checked = check(folder)
-    assert [each.accepted for each in checked] == [12, 0]
+    assert [item.accepted for item in checked] == [12, 0]
     assert "opening: " in text_of(document_of(checked))
     assert checked[1].error
 
@@ -52,7 +55,7 @@ def test_what_cannot_be_listed_is_said_and_the_rest_goes_on(folder):
 def test_an_event_that_the_workflow_refuses_is_refused(folder):
     rows = ["file,motion,operation,event", "closing/closing_001.csv,closing,1,danced"]
     (folder / "operations.csv").write_text("\n".join(rows), encoding="utf-8")
-    assert [each.accepted for each in check(folder)] == [0, 0]
+    assert [item.accepted for item in check(folder)] == [0, 0]
     (closing,) = check(folder, ["closing"], events={"danced": ["f"]})
     assert (closing.accepted, closing.error) == (1, "")
 
@@ -62,9 +65,9 @@ def test_breakers_and_phases_of_a_table_are_apart(folder):
     rows.append("opening/opening_001.csv,opening,1,CB1,L1")
     text = "\n".join(["file,motion,operation,breaker,phase", *rows, ""])
     (folder / "operations.csv").write_text(text, encoding="utf-8")
-    found = {each.name: each.accepted for each in check(folder)}
+    result = {item.name: item.accepted for item in check(folder)}
     expected = {"CB1 L1 closing": 6, "CB2 L1 closing": 6, "CB1 L1 opening": 1, "CB2 L1 opening": 0}
-    assert found == expected
+    assert result == expected
     assert {e.name.split()[0] for e in check(folder, breaker="CB2")} == {"CB2"}
 
 

@@ -41,27 +41,27 @@ def test_any_signal_counts_within_a_sample(signal, motion):
     noise = 0.01 * least * case.rng.standard_normal(values.size)
     noise[:: values.size // 7] += 0.9 * np.ptp(values)
     noise[5::31] = np.nan
-    found = case.read(values + noise, name=signal)
-    assert found.time == pytest.approx(case.mirrored(case.arcing), abs=0.16)
-    assert (found.bounces, found.bounce_time) == (0.0, 0.0)
-    assert np.isnan(found.main)
+    result = case.read(values + noise, name=signal)
+    assert result.time == pytest.approx(case.mirrored(case.arcing), abs=0.16)
+    assert (result.bounces, result.bounce_time) == (0.0, 0.0)
+    assert np.isnan(result.main)
 
 
 def test_interruptions_are_bounces_and_ripple_of_a_closed_contact_is_not():
     case, gaps = case_of("closing", cut=4.0), ((1.0, 2.5), (4.0, 4.6))
     amperes = case.current(rises=0.3, gaps=gaps)
     volts = SIGNALS["voltage"](amperes > 10.0)
-    for found in (case.read(case.resistance(gaps), amperes), case.read(volts, name="Contact")):
-        assert found.time == pytest.approx(case.mirrored(case.arcing), abs=0.3)
-        assert found.bounces == 2.0
-        assert found.bounce_time == pytest.approx(4.6, abs=0.3)
+    for result in (case.read(case.resistance(gaps), amperes), case.read(volts, name="Contact")):
+        assert result.time == pytest.approx(case.mirrored(case.arcing), abs=0.3)
+        assert result.bounces == 2.0
+        assert result.bounce_time == pytest.approx(4.6, abs=0.3)
     since = case.time - case.mirrored(case.arcing)
     ripples = np.exp(np.log(0.28) + np.sin(2.0 * np.pi * since / 4.0))
     values = np.where(since < 0.0, 4.0, np.where(since < 40.0, ripples, 0.12))
-    found = case.read(values, case.current())
-    assert (found.bounces, found.bounce_time) == (0.0, 0.0)
-    assert found.time == pytest.approx(case.mirrored(case.arcing), abs=0.3)
-    assert not found.main_sd < 2.0  # when the ripple ends, or not at all
+    result = case.read(values, case.current())
+    assert (result.bounces, result.bounce_time) == (0.0, 0.0)
+    assert result.time == pytest.approx(case.mirrored(case.arcing), abs=0.3)
+    assert not result.main_sd < 2.0  # when the ripple ends, or not at all
     assert np.isnan(case.read(values).bounces)
     assert case.read(values, np.where(since > 65.0, 0.0, case.current())).bounces == 0.0
 
@@ -71,15 +71,15 @@ def test_beyond_the_range_while_the_current_flows_is_the_arcing_contact(motion):
     """Planted fault: the same resistance without its current, of which the time is withheld."""
     case = case_of(motion)
     values = np.where(case.own < case.main, 0.12, 4.0)
-    found = case.read(values, case.current())
-    assert found.time == found.arcing
-    assert abs(found.time - case.mirrored(case.arcing)) < 4.0 * found.sd
+    result = case.read(values, case.current())
+    assert result.time == result.arcing
+    assert abs(result.time - case.mirrored(case.arcing)) < 4.0 * result.sd
     blank = case.read(np.where(case.own > case.arcing, np.nan, values), case.current())
     alone = case.read(values)
     assert np.isnan(alone.time)
     assert alone.why
-    for each in (found, blank, alone):
-        assert each.main == pytest.approx(case.mirrored(case.main), abs=0.11)
+    for item in (result, blank, alone):
+        assert item.main == pytest.approx(case.mirrored(case.main), abs=0.11)
 
 
 @pytest.mark.parametrize("motion", MOTIONS)
@@ -88,9 +88,9 @@ def test_of_a_pre_insertion_resistor_the_main_contact_counts(motion, kind):
     case = case_of(motion)
     levels = (0.0, 18.2, 24.0) if kind == "voltage" else (5e-5, 400.0, 9.9e37)
     values = np.where(case.own < case.main, levels[0], levels[1])
-    found = case.read(np.where(closed_in(case), values, levels[2]), name=kind)
-    assert found.time == pytest.approx(case.mirrored(case.main), abs=0.11)
-    assert not found.bounce_time > 0.0
+    result = case.read(np.where(closed_in(case), values, levels[2]), name=kind)
+    assert result.time == pytest.approx(case.mirrored(case.main), abs=0.11)
+    assert not result.bounce_time > 0.0
     doubtful = np.where(closed_in(case), np.where(case.own < case.main, 0.0, 6.0), 24.0)
     assert case.read(doubtful, name="voltage").why
 
@@ -108,13 +108,13 @@ def test_of_simulated_resistances_at_most_one_time_in_a_hundred_is_false(current
         values = case.resistance(gaps)
         amperes = case.current(rises=rng.uniform(0.2, 2.0), gaps=gaps)
         values[rng.random(values.size) < 0.02] = np.nan
-        found = case.read(values, amperes if current else None)
-        withheld += np.isnan(found.time)
+        result = case.read(values, amperes if current else None)
+        withheld += np.isnan(result.time)
         main, arcing = case.mirrored(case.main), case.mirrored(case.arcing)
-        off += [(found.time - arcing, found.sd), (found.main - main, found.main_sd)]
-        off.append((found.arcing - arcing, found.arcing_sd))
+        off += [(result.time - arcing, result.sd), (result.main - main, result.main_sd)]
+        off.append((result.arcing - arcing, result.arcing_sd))
         if current:
-            assert found.bounces == len(gaps) or case.step > 0.3
+            assert result.bounces == len(gaps) or case.step > 0.3
     off = np.array(off)[np.isfinite(off).all(axis=1)]
     assert np.mean(np.abs(off[:, 0]) > 4.0 * off[:, 1]) <= 0.01
     assert np.mean(np.abs(off[:, 0] + 4.0) > 4.0 * off[:, 1]) > 0.5
@@ -127,9 +127,9 @@ def test_a_contact_that_contradicts_the_travel_is_withheld(motion):
     before = case.mirrored(case.begins + (0.0 if motion == "opening" else case.lasts))
     for at in (before - 10.0, before + case.lasts + 10.0):
         switched = (case.time >= at) == (motion == "closing")
-        found = case.read(switched * 1.0, name="Contact")
-        assert np.isnan([found.time, found.main, found.bounces]).all()
-        assert found.why
+        result = case.read(switched * 1.0, name="Contact")
+        assert np.isnan([result.time, result.main, result.bounces]).all()
+        assert result.why
         amperes = 100.0 * switched + 0.1 * case.rng.standard_normal(switched.size)
         assert np.isnan(case.read(np.where(switched, 0.05, 10.0), amperes).time)
 
@@ -138,10 +138,10 @@ def test_a_signal_that_does_not_switch_is_a_remark():
     case, settings = case_of(), complete({"contact_column": 3, "trigger_column": 0})
     noise, seldom = case.rng.standard_normal(case.time.size), np.where(case.time > 150, 1.0, np.nan)
     for values in (0.0 * noise + 3.0, np.nan * noise, noise, seldom):
-        found, said = events_of(settings, case.located(), {"contact": values})
-        assert np.isnan(found.time)
+        result, said = events_of(settings, case.located(), {"contact": values})
+        assert np.isnan(result.time)
         assert len(said) == 1
-        assert found.trigger == 0.0  # the record starts with it
+        assert result.trigger == 0.0  # the record starts with it
 
 
 def coil(start, rise=4.0, length=30.0):
@@ -179,8 +179,8 @@ def test_a_trigger_is_as_uncertain_as_its_noise_makes_it():
 def test_a_trigger_far_before_the_motion_is_of_another_one():
     case, trigger = case_of(), np.arange(1600) > 20
     located = replace(case.located(), time=3.0 * case.time, moves=3.0 * case.begins)
-    found, said = events_of(complete({"trigger_column": 4}), located, {"trigger": trigger * 3.0})
-    assert np.isnan(found.trigger)
+    result, said = events_of(complete({"trigger_column": 4}), located, {"trigger": trigger * 3.0})
+    assert np.isnan(result.trigger)
     assert len(said) == 1
 
 
@@ -195,17 +195,17 @@ def test_from_a_file_to_the_dataset(tmp_path, prior, sensor):
     (tmp_path / "a.csv").write_text("\n".join(lines))
     settings = {"time_unit": "ms", "contact_column": "main", "trigger_column": "coil"}
     operations = [Operation(k, tmp_path / name) for k, name in ((1, "a.csv"), (2, "none.csv"))]
-    found = read_curves(operations, settings, Grid(sensor.times), "opening")
-    assert found.accepted.values.tolist() == [True, False]
+    result = read_curves(operations, settings, Grid(sensor.times), "opening")
+    assert result.accepted.values.tolist() == [True, False]
     expected = {
-        "contact_time": (switches - found.first_motion.values[0], 0.051),
+        "contact_time": (switches - result.first_motion.values[0], 0.051),
         "contact_sd": (np.hypot(0.1, 0.1 / 12**0.5), 1e-9),
         "reaction_time": (MOVES - 7.0, 0.6),
     }
     for name, (value, off) in expected.items():
-        assert found[name].values == pytest.approx([value, np.nan], abs=off, nan_ok=True)
-        assert found[name].attrs["unit"] == "ms"
+        assert result[name].values == pytest.approx([value, np.nan], abs=off, nan_ok=True)
+        assert result[name].attrs["unit"] == "ms"
     names = ["coil_current", "coil_off_time", "static_resistance", "arcing_wipe"]
-    measured = found.measured.sel(quantity=names)
+    measured = result.measured.sel(quantity=names)
     truth = [coil(7.0).max(), 30.0, 50.0, np.nan]
     assert measured.values[0] == pytest.approx(truth, rel=0.02, nan_ok=True)

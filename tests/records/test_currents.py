@@ -42,8 +42,8 @@ def test_a_coil_is_read_as_its_circuit_made_it():
     for k in range(100):
         values = clean + 0.01 * PEAK * rng.standard_normal(TIME.size)
         read = currents(0.2 + (-1.0) ** k * values)  # of any sign and offset
-        found = {name: getattr(read, name)() for name in truth}
-        errors.append([(value - truth[name]) / sd for name, (value, sd) in found.items()])
+        result = {name: getattr(read, name)() for name in truth}
+        errors.append([(value - truth[name]) / sd for name, (value, sd) in result.items()])
     assert np.mean(np.square(errors), axis=0).max() < 2.0
 
 

@@ -63,7 +63,7 @@ def test_what_is_outside_of_the_record_is_missing():
     gridded = on_grid(time, time, GRID, moves=1.2)
     assert np.flatnonzero(np.isnan(gridded.travel))[:3].tolist() == [0, 1, 102]
     assert gridded.start == pytest.approx(1.2)
-    values = [each.values for each in grid_remarks(gridded, time, GRID)]
+    values = [remark.values for remark in grid_remarks(gridded, time, GRID)]
     assert values == [{"late": "0.8"}, {"early": "19.3", "at": "39.9"}]
 
 

@@ -11,7 +11,7 @@ NONE = ["op_0007", "10kHz_7", "2024", "99-99-2024", "20-11-24", "2024-11-20_to_2
 
 def test_dates_in_names():
     assert [{*dates_of(e).values()} for e in STAMPS] == [{"2024-11-20"}] * len(STAMPS)
-    assert [each for each in NONE if dates_of(each)] == []
+    assert [item for item in NONE if dates_of(item)] == []
 
 
 @pytest.mark.parametrize(

@@ -39,13 +39,13 @@ def records(request, prior, sensor):
 def changed(records, change, n=CURVES):
     """Errors of records after a change of ``(time, record, start)``, ms; nan where refused."""
     time, measured, moves, _, motion = records
-    found = []
+    result = []
     for record, start in zip(measured[:n], moves[:n], strict=True):
         try:
-            found.append(start_of(*change(time, record.copy(), start), motion) - start)
+            result.append(start_of(*change(time, record.copy(), start), motion) - start)
         except UnusableError:
-            found.append(np.nan)
-    return np.array(found)
+            result.append(np.nan)
+    return np.array(result)
 
 
 def test_it_is_nearly_unbiased_and_precise(records):
@@ -100,8 +100,8 @@ def test_wrong_samples_do_not_move_it(records, after, height, samples):
 @pytest.mark.parametrize(("far", "slow"), [(11.0, 4.8), (1.0, 0.4), (70.0, 50.0)])
 def test_it_is_as_good_for_any_stroke_and_speed(records, far, slow):
     time, measured, moves, _, motion = records
-    found = [start_of(slow * time, far * each, motion) for each in measured[:FEW]]
-    error = np.array(found) / slow - moves[:FEW]
+    result = [start_of(slow * time, far * item, motion) for item in measured[:FEW]]
+    error = np.array(result) / slow - moves[:FEW]
     assert abs(error.mean()) < 0.1
     assert np.abs(error).max() < 0.8
 
@@ -112,7 +112,7 @@ def test_a_counter_at_any_rate(records, quantum, every):
     time, _, moves, theta, motion = records
     exact = travel(theta[:FEW], time, motion, onset=moves[:FEW]).travel[:, ::every]
     counted = quantum * np.round(exact / quantum)
-    error = [start_of(time[::every], each, motion) for each in counted] - moves[:FEW]
+    error = [start_of(time[::every], item, motion) for item in counted] - moves[:FEW]
     assert abs(error.mean()) < 0.25
     assert np.abs(error).max() < 1.2
 
@@ -167,13 +167,13 @@ def closing(number, *, slow, strokes=(100.0, 220.0)):
 
 def latches(**more):
     """Start, value and sd of first motions from a trigger at 0 ms, ``(n, 3)``; nan if withheld."""
-    found = []
+    result = []
     for number in range(80):
         time, travel, start = closing(number, **more)
         contact = ContactTimes(trigger=0.0)
         value, sd, _ = measure_curve(time, travel, "closing", contact=contact)["reaction_time"]
-        found.append((start, value, sd))
-    return np.array(found)
+        result.append((start, value, sd))
+    return np.array(result)
 
 
 def test_slow_starts():
@@ -200,10 +200,10 @@ def test_a_start_that_noise_hides_is_withheld_and_times_to_shares_are_not():
     time, travel, _ = closing(4, slow=False, strokes=(13.0, 13.01))
     read = travel + 0.6 * np.random.default_rng(1).standard_normal(time.size)
     contact = ContactTimes(time=70.0, sd=0.1, trigger=0.0)
-    found = measure_curve(time, read, "closing", contact=contact)
-    assert found["reaction_time"].reason
-    assert found["touch_time"].reason == found["reaction_time"].reason
-    assert np.isfinite(found["time_to_50"].value)
+    result = measure_curve(time, read, "closing", contact=contact)
+    assert result["reaction_time"].reason
+    assert result["touch_time"].reason == result["reaction_time"].reason
+    assert np.isfinite(result["time_to_50"].value)
 
 
 def test_the_end_of_a_motion_before_does_not_hide_a_start():
@@ -216,5 +216,5 @@ def test_the_end_of_a_motion_before_does_not_hide_a_start():
     travel = back + swing + 120.0 * share**2 * (3.0 - 2.0 * share)
     travel += 0.1 * np.random.default_rng(3).standard_normal(time.size)
     contact = ContactTimes(trigger=180.0)
-    found = measure_curve(time, travel, "closing", contact=contact)["reaction_time"]
-    assert abs(found.value - 40.0) < 1.96 * found.sd < 10.0
+    result = measure_curve(time, travel, "closing", contact=contact)["reaction_time"]
+    assert abs(result.value - 40.0) < 1.96 * result.sd < 10.0

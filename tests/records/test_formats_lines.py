@@ -53,16 +53,16 @@ FORMS = {
 def test_each_line_is_an_operation(tmp_path, name):
     file = written(tmp_path / "bench.txt", *FORMS[name])
     operations = each_line([Operation(1, file)])
-    assert [(each.number, each.date) for each in operations] == [
+    assert [(operation.number, operation.date) for operation in operations] == [
         (5 + k, f"2024-11-{20 + k}T15:11:07") for k in range(4)
     ]
     sheet = look_into(file)
     settings = {**COUNTS, **sheet.settings, "travel_column": sheet.names[-1]}
-    for k, (each, values) in enumerate(zip(operations, VALUES, strict=True)):
-        columns = read_columns(file, settings, "", each.line)
+    for k, (operation, values) in enumerate(zip(operations, VALUES, strict=True)):
+        columns = read_columns(file, settings, "", operation.line)
         np.testing.assert_array_equal(columns.travel, values)
         np.testing.assert_allclose(columns.time, 0.1 * (k + 1) * np.arange(COUNT))
-        assert set(columns.lines) == {each.line}
+        assert set(columns.lines) == {operation.line}
         assert columns.remarks == ()
     assert len(read_columns(file, settings).remarks) == 1  # the first of several
 

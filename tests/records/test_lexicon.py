@@ -14,4 +14,4 @@ SPELT = [item for group in GROUPS for by in WORDS[group].values() for item in by
 def test_words_are_for_text_in_lower_case(language, spelt):
     re.compile(spelt)
     assert re.sub(r"\\.", "", spelt) == re.sub(r"\\.", "", spelt).lower()
-    assert all(re.fullmatch("[a-z]{2}", each) for each in language.split())
+    assert all(re.fullmatch("[a-z]{2}", item) for item in language.split())

@@ -38,7 +38,7 @@ def test_files_of_all_readable_kinds_count_in_the_order_of_their_numbers(tmp_pat
     fill(folder, *readable, *paired, "old/12.csv", "operations.csv")
     assert [file.name for file in record_files(folder)] == [*readable]
     assert record_files(tmp_path / "nowhere") == []
-    numbers = [each.number for each in list_operations(tmp_path, "closing")]
+    numbers = [operation.number for operation in list_operations(tmp_path, "closing")]
     assert numbers == [1, 2, 3, 4, 5, 7, 10]
 
 
@@ -56,10 +56,10 @@ def test_one_of_several_breakers_and_phases_must_be_chosen_among_those_that_are_
     fill(tmp_path, "1.csv", "closing/op_1.csv", "names/closing/1.csv")
     rows = [(b, p) for b in ("Q1", "Q2") for p in ("L1", "L2", "L3")]
     table(tmp_path, *(f"1.csv,closing,7,{b},{p}" for b, p in rows))  # goes before names
-    (found,) = list_operations(tmp_path, "closing", breaker="Q2", phase="L3")
+    (result,) = list_operations(tmp_path, "closing", breaker="Q2", phase="L3")
     # As tuples: from Python 3.13 on, dataclasses that hold nan are unequal.
     one = Operation(7, tmp_path / "1.csv", breaker="Q2", phase="L3")
-    assert astuple(found) == astuple(one)
+    assert astuple(result) == astuple(one)
     for chosen in ({}, {"breaker": "Q9"}):
         with pytest.raises(ValueError, match=r"endurance\.breaker .* Q1, Q2"):
             list_operations(tmp_path, "closing", **chosen)
@@ -95,17 +95,17 @@ def test_the_fingerprint_changes_with_whatever_a_record_is_read_from(tmp_path):
     fill(tmp_path, "a/closing/1.cfg", "a/closing/1.dat", "b/closing/1.cfg")
     for file in tmp_path.rglob("*.*"):
         os.utime(file, (1e9, 1e9))
-    (found,) = list_operations(tmp_path / "a", "closing")
-    seen = {fingerprint([found]), fingerprint([found, found])}
+    (result,) = list_operations(tmp_path / "a", "closing")
+    seen = {fingerprint([result]), fingerprint([result, result])}
     seen.add(fingerprint(list_operations(tmp_path / "b", "closing")))
     for other in ({"channel": "A"}, {"begin": 1.0}, {"settings": {"rate": 10.0}}):
-        seen.add(fingerprint([replace(found, **other)]))
-    os.utime(found.file, (1e9, 1e9 + 1))
-    seen.add(fingerprint([found]))
-    found.file.with_suffix(".dat").write_text("new")
-    seen.add(fingerprint([found]))
+        seen.add(fingerprint([replace(result, **other)]))
+    os.utime(result.file, (1e9, 1e9 + 1))
+    seen.add(fingerprint([result]))
+    result.file.with_suffix(".dat").write_text("new")
+    seen.add(fingerprint([result]))
     assert len(seen) == 8
-    assert fingerprint([found]) == fingerprint([found])
+    assert fingerprint([result]) == fingerprint([result])
 
 
 def test_each_record_is_read_with_what_its_row_states(tmp_path):
@@ -144,7 +144,7 @@ def test_what_is_known_of_operations_of_any_motion(tmp_path):
     ]
     table(tmp_path, *rows, head="file,motion,operation,phase,temperature,event")
     events, conditions = known_of(
-        [each for _, each in list_fleet(tmp_path, phase="L1")[""]], [1, 6, 8]
+        [item for _, item in list_fleet(tmp_path, phase="L1")[""]], [1, 6, 8]
     )
     assert events == {1: "greased", 6: "inspected, remounted"}
     assert conditions == {"temperature": {1: 22.0, 9: -3.0}}
@@ -158,11 +158,13 @@ def test_lines_are_operations_with_their_numbers_and_dates(tmp_path):
     rows = [f"ID:{n};Time:2024-11-20 15:1{n}:07;Interval (ms):0.4;Values:{values}" for n in (3, 4)]
     (tmp_path / "closing" / "angle.txt").write_text("\n".join([*rows, ""]), encoding="utf-8")
     listed = list_operations(tmp_path, "closing")
-    assert [(each.number, each.line) for each in listed] == [(3, 1), (4, 2), (9, 0)]
-    assert [each.date for each in listed] == ["2024-11-20T15:13:07", "2024-11-20T15:14:07", ""]
+    assert [(item.number, item.line) for item in listed] == [(3, 1), (4, 2), (9, 0)]
+    assert [item.date for item in listed] == ["2024-11-20T15:13:07", "2024-11-20T15:14:07", ""]
     fill(tmp_path / "closing", "op_4.csv")
     with pytest.raises(ValueError, match=r"angle\.txt, line 2 and .*op_4|op_4.* and .*line 2"):
         list_operations(tmp_path, "closing")
     table(tmp_path, "closing/angle.txt,closing,1,2024-01-01", head="file,motion,operation,date")
-    listed = [(each.number, each.line) for each in list_operations(tmp_path, "closing")]
+    listed = [
+        (operation.number, operation.line) for operation in list_operations(tmp_path, "closing")
+    ]
     assert listed == [(3, 1), (4, 2)]

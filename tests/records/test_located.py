@@ -28,10 +28,10 @@ def test_a_slip_in_a_motion_is_in_its_stroke(tmp_path, slip):
         travel += 0.1 * np.random.default_rng(seed).standard_normal(time.size)
         raw = read(tmp_path, time, travel, "closing")
         assert ("slip" in raw.doubts) == bool(slip)
-        for name, found in raw.measured(()).items():
+        for name, result in raw.measured(()).items():
             if name in exact:
-                assert abs(found.value - exact[name]) < 3.5 * found.sd
-                assert slip or found.sd < 0.05
+                assert abs(result.value - exact[name]) < 3.5 * result.sd
+                assert slip or result.sd < 0.05
 
 
 def test_a_first_motion_in_the_creep_of_the_motion_before_is_uncertain(tmp_path):

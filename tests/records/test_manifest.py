@@ -50,7 +50,7 @@ def test_a_row_states_settings_of_its_record(tmp_path):
         "b.csv,closing,2,20,,,-3,,14,1",
         "d.csv,closing,4,,,,,,,",
     ]
-    settings = [each.settings for _, each in read(tmp_path, "\n".join(rows))]
+    settings = [item.settings for _, item in read(tmp_path, "\n".join(rows))]
     deg = {"travel_unit": "deg", "ratio": 1.64, "zero": "rest", "sign": -1}
     assert settings[0] == {"rate": 10, "time_column": None, "contact_column": "Contact 2", **deg}
     assert settings[1:] == [{"rate": 20, "zero": -3, "contact_column": 14, "time_column": 1}, {}]
@@ -70,8 +70,8 @@ SHEETS = {
 @pytest.mark.parametrize("encoding", ["utf-8-sig", "utf-16"])
 @pytest.mark.parametrize("text", SHEETS.values(), ids=SHEETS)
 def test_tables_of_spreadsheets_are_read(tmp_path, text, encoding):
-    ((motion, each),) = read(tmp_path, text, encoding)
-    assert (motion, each.number, each.temperature) == ("closing", 1, 21.5)
+    ((motion, item),) = read(tmp_path, text, encoding)
+    assert (motion, item.number, item.temperature) == ("closing", 1, 21.5)
 
 
 def dated(*cells):
@@ -83,7 +83,7 @@ def test_other_dates_of_the_column_decide_on_day_and_month(tmp_path):
         (["03/04/2026", "16/04/2026 9:05"], ["2026-04-03", "2026-04-16T09:05:00"]),
         (["3/4/2026 1:05 PM", "3/16/2026", ""], ["2026-03-04T13:05:00", "2026-03-16", ""]),
     ):
-        assert [each.date for _, each in read(tmp_path, dated(*cells))] == days
+        assert [item.date for _, item in read(tmp_path, dated(*cells))] == days
     for cells in (["03/04/2026", "16.04.2026"], ["16/04/2026", "04/17/2026", "03/04/2027"]):
         with pytest.raises(ValueError, match=r"column date: '03/04/202\d' .*-04-03.*-03-04"):
             read(tmp_path, dated(*cells))
@@ -152,7 +152,7 @@ def test_a_mistake_is_named_with_its_place_and_remedy(tmp_path, text, reason):
 def test_events_are_of_those_that_are_known(tmp_path):
     """Any text without a list of them; with one, file, line, column, the known, and a remedy."""
     text = f'{HEAD},event\na.csv,closing,1,Greased\nb.csv,closing,2,"greased, painted"\n'
-    assert [each.event for _, each in read(tmp_path, text)] == ["Greased", "greased, painted"]
+    assert [item.event for _, item in read(tmp_path, text)] == ["Greased", "greased, painted"]
     file = tmp_path / "operations.csv"
     assert len(read_manifest(file, ["greased", "Painted, coated"])) == 2
     with pytest.raises(ValueError, match=r"line 3, column event: 'painted' .*endurance\.events"):

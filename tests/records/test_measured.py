@@ -149,13 +149,13 @@ def test_a_value_with_a_wide_uncertainty_rather_than_none():
     held = []
     for number in range(100):
         time, travel, truth = made_up(number)
-        found = measure_curve(time, travel, "closing", speeds=SPEEDS)
+        result = measure_curve(time, travel, "closing", speeds=SPEEDS)
         early = number % 5 == 3
-        assert {bool(found[name].reason) for name in truth} == {early}, number
+        assert {bool(result[name].reason) for name in truth} == {early}, number
         if early:
             continue
         held.append(
-            [abs(found[name].value - truth[name]) < 1.96 * found[name].sd for name in truth]
+            [abs(result[name].value - truth[name]) < 1.96 * result[name].sd for name in truth]
         )
     assert (np.mean(held, axis=0) >= 0.9).all()
 
@@ -174,8 +174,8 @@ def test_speeds_between_points_that_makers_name():
     }
     for points, expected in exact.items():
         speeds = speeds_of({"closing_speed": list(points)})
-        found = measure_curve(time, read, "closing", speeds=speeds)["closing_speed"]
-        assert abs(found.value - expected) < max(4.0 * found.sd, 2e-3), points
+        result = measure_curve(time, read, "closing", speeds=speeds)["closing_speed"]
+        assert abs(result.value - expected) < max(4.0 * result.sd, 2e-3), points
 
 
 @pytest.mark.parametrize(("stroke", "rate"), [(13.5, 40.0), (150.0, 5.0)])
@@ -190,13 +190,13 @@ def test_a_record_that_is_cut_has_no_wrong_stroke(stroke, rate):
         noise = stroke * 10.0 ** rng.uniform(-3.2, -2.0)
         way = swinging(time - duration, stroke, duration, rng.choice([0.0, 0.12]))
         try:
-            found = measure_curve(time, way + noise * rng.standard_normal(time.size), "closing")
+            result = measure_curve(time, way + noise * rng.standard_normal(time.size), "closing")
         except ValueError:
             continue
-        if not found["stroke"].reason:
+        if not result["stroke"].reason:
             reported += 1
-            off = abs(found["stroke"].value - stroke)
-            assert off < max(5.0 * found["stroke"].sd, 0.02 * stroke), until
+            off = abs(result["stroke"].value - stroke)
+            assert off < max(5.0 * result["stroke"].sd, 0.02 * stroke), until
     assert reported >= 5
 
 
@@ -213,9 +213,9 @@ def test_a_creep_that_noise_hides_is_in_the_stated_error(creeps):
             lasts, size = rng.uniform(10.0, 20.0), 0.015 * 13.5 * rng.standard_normal()
             way -= size * np.exp(-np.maximum(time - 30.0, 0.0) / lasts) * (way / 13.5)
         noise = rng.choice([0.05, 0.1, 0.2]) * rng.standard_normal(time.size)
-        found = measure_curve(time, way + noise, "closing")["stroke"]
-        held.append(abs(found.value - 13.5) < 1.645 * found.sd)
-        sds.append(found.sd)
+        result = measure_curve(time, way + noise, "closing")["stroke"]
+        held.append(abs(result.value - 13.5) < 1.645 * result.sd)
+        sds.append(result.sd)
     assert np.mean(held) >= 0.85
     assert creeps or np.median(sds) < 0.003 * 13.5
 
@@ -227,9 +227,9 @@ def test_a_motion_behind_another_one_begins_at_rest():
     travel += 0.1 * np.random.default_rng(1).standard_normal(time.size)
     segment = find_segment(time, travel, "opening")
     assert time[segment.begin] > 85.0
-    found = measure_curve(time, travel, "opening")["stroke"]
-    assert abs(found.value - 170.0) < 0.2
-    assert found.sd < 0.2
+    result = measure_curve(time, travel, "opening")["stroke"]
+    assert abs(result.value - 170.0) < 0.2
+    assert result.sd < 0.2
 
 
 @pytest.mark.parametrize("drift", [0.0, 0.01, -0.02])

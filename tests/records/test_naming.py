@@ -42,5 +42,5 @@ def test_a_name_with_a_doubt_states_no_number(stems):
 
 @pytest.mark.parametrize(("stems", "phases"), PHASES.items())
 def test_a_phase_in_names_has_its_break_where_a_side_is_stated(stems, phases):
-    found = phases_in_names(map(Path, stems.split("|")))
-    assert "|".join(found.values()) == phases
+    result = phases_in_names(map(Path, stems.split("|")))
+    assert "|".join(result.values()) == phases

@@ -48,7 +48,7 @@ def test_noise_and_its_colour_are_estimated():
     assert noise_at_rest(x, 0.1, 0.4, 0.0).colour == pytest.approx(0.8**4, abs=0.1)
     counter = noise_at_rest(np.full(80, 0.64), 0.1, 0.4, 0.32)
     assert counter.sd == pytest.approx(0.32 / np.sqrt(12.0))
-    assert [each.code for each in noise_remarks(counter, 0.05, 0.1, TIMES)] == ["noisier"]
+    assert [remark.code for remark in noise_remarks(counter, 0.05, 0.1, TIMES)] == ["noisier"]
 
 
 PLANTED = {

@@ -37,8 +37,8 @@ def test_stated_rates(line):
     """As one cell, and split where a file has that sign between its cells."""
     signs = ["\0", *([] if ",000" in line else ","), *(";" if ";" in line else [])]
     for sign in signs:
-        found = header_of([line.split(sign)]).rate
-        assert found == pytest.approx(RATES[line], nan_ok=True)
+        result = header_of([line.split(sign)]).rate
+        assert result == pytest.approx(RATES[line], nan_ok=True)
 
 
 @pytest.mark.parametrize(
@@ -55,24 +55,24 @@ def test_stated_rates(line):
     ],
 )
 def test_a_doubtful_rate_has_its_reason(text, rate):
-    found = header_of(split(text, "\0"), samples=4000)
-    assert found.rate == pytest.approx(rate, nan_ok=True)
-    assert bool(found.rate_doubt) == math.isnan(rate)
+    result = header_of(split(text, "\0"), samples=4000)
+    assert result.rate == pytest.approx(rate, nan_ok=True)
+    assert bool(result.rate_doubt) == math.isnan(rate)
 
 
 def test_all_of_an_analysers_preamble():
     results = {"Stroke (mm)": [178.0, 178.4], "Over Travel (mm)": [4.3, 4.4]}
     lines = preamble(results=results, channels=2, ratio=1.64, motions=("closing", "opening"))
-    found = header_of([line.split(",") for line in lines], samples=4000)
-    assert (found.rate, found.length, found.ratio) == (10.0, 400.0, 1.64)
-    assert (found.station, found.bay, found.type) == ("North 400 kV", "Bay 4", "LTB 420")
-    assert (found.serial, found.operation) == ("HV-20417", "C-O")
-    assert (found.dates, found.travel_unit) == (("2021-03-14T10:42:17",), "mm")
-    assert found.phases == {1: "R", 2: "Y", 3: "B"}
-    assert found.strokes == (178.0, 178.4)
+    result = header_of([line.split(",") for line in lines], samples=4000)
+    assert (result.rate, result.length, result.ratio) == (10.0, 400.0, 1.64)
+    assert (result.station, result.bay, result.type) == ("North 400 kV", "Bay 4", "LTB 420")
+    assert (result.serial, result.operation) == ("HV-20417", "C-O")
+    assert (result.dates, result.travel_unit) == (("2021-03-14T10:42:17",), "mm")
+    assert result.phases == {1: "R", 2: "Y", 3: "B"}
+    assert result.strokes == (178.0, 178.4)
     zones = [("closing", ["40 % of stroke", "80 % of stroke"])]
     zones += [("opening", ["20 % of stroke", "60 % of stroke"])]
-    assert [(motion, speed.points) for motion, speed in found.speeds.items()] == zones
+    assert [(motion, speed.points) for motion, speed in result.speeds.items()] == zones
 
 
 @pytest.mark.parametrize(
@@ -87,20 +87,20 @@ def test_all_of_an_analysers_preamble():
     ],
 )
 def test_pairs_in_any_layout(text, sign):
-    found = header_of(split(text, sign))
-    assert (found.station, found.bay, found.serial) == ("Nord", "E04", "17")
+    result = header_of(split(text, sign))
+    assert (result.station, result.bay, result.serial) == ("Nord", "E04", "17")
 
 
 def test_decimal_commas_and_contradictions():
     rows = split("Übersetzung;1,64\nHub L1;178,25 mm\nAbtastintervall (ms);0,05", ";")
-    found = header_of(rows, ",")
-    assert (found.ratio, found.rate) == (1.64, 20.0)
-    assert found.strokes == (178.25,)
-    found = header_of(split("Phase : R\nOperation : C\nPhase : Y\nOperation : O", "\0"))
-    assert (found.phases, found.operation) == ({}, "")
+    result = header_of(rows, ",")
+    assert (result.ratio, result.rate) == (1.64, 20.0)
+    assert result.strokes == (178.25,)
+    result = header_of(split("Phase : R\nOperation : C\nPhase : Y\nOperation : O", "\0"))
+    assert (result.phases, result.operation) == ({}, "")
     assert header_of(split("Phase: Y-1 CT", "\0")).phases == {0: "Y-1 CT"}
-    found = header_of(split("Phases: R-1 CT / Y-1 / B-1", "\0"))
-    assert found.phases == {1: "R-1 CT", 2: "Y-1", 3: "B-1"}
+    result = header_of(split("Phases: R-1 CT / Y-1 / B-1", "\0"))
+    assert result.phases == {1: "R-1 CT", 2: "Y-1", 3: "B-1"}
     assert math.isnan(header_of(split("Ratio 1,64\nLinkage ratio 1,72", "\0"), ",").ratio)
 
 

@@ -24,7 +24,7 @@ def quantities(trace):
 
 
 def test_exact_curves():
-    values = [each.value for each in quantities(trace_of(CURVE, noise=1e-3))]
+    values = [quantity.value for quantity in quantities(trace_of(CURVE, noise=1e-3))]
     begin, end = 30.0 + 4.0 * np.arctanh(np.array([2.0, 9.0]) / 7.0 - 1.0)
     assert values == pytest.approx([0.0, begin, 7.0 / (end - begin), 9.0], abs=2e-3)
 
@@ -35,13 +35,13 @@ def test_stated_uncertainties(colour):
     but for the error of local fits, which is stated too.
     """
     rng, scores = np.random.default_rng(1), []
-    exact = [each.value for each in quantities(trace_of(CURVE, noise=1e-3))]
+    exact = [quantity.value for quantity in quantities(trace_of(CURVE, noise=1e-3))]
     for _ in range(300):
         noise = rng.standard_normal(TIME.size)
         noise[1:] *= np.sqrt(1.0 - colour**2)
         trace = trace_of(CURVE + 0.05 * lfilter([1.0], [1.0, -colour], noise), colour=colour)
-        found = quantities(trace)
-        scores.append([(e.value - x) / trace.sd(e) for e, x in zip(found, exact, strict=True)])
+        result = quantities(trace)
+        scores.append([(e.value - x) / trace.sd(e) for e, x in zip(result, exact, strict=True)])
     square = np.mean(np.square(scores), axis=0)
     assert np.all((square > 0.65) & (square < 1.35)), square
 
@@ -55,7 +55,7 @@ def test_a_corner_is_not_rounded_off(lost):
     for _ in range(100):
         trace = trace_of(curve + 0.02 * rng.standard_normal(TIME.size), noise=0.02)
         both = trace.at_corner(time, 0.1, 0.2), trace.at(time)
-        scores.append([(each.value - 10.0) / trace.sd(each) for each in both])
+        scores.append([(item.value - 10.0) / trace.sd(item) for item in both])
     corner, rounded = np.mean(scores, axis=0)
     assert abs(corner) < 1.0
     assert np.std(scores, axis=0)[0] < 1.2
@@ -79,17 +79,17 @@ DECAYS = np.exp(-0.07 * ENDS)
 
 @pytest.mark.parametrize(("shape", "modes"), [(SWINGS, 2), (CREEPS, 2), (DECAYS, 1)])
 def test_exact_ends(shape, modes):
-    found = settling(ENDS, 13.0 + 1.3 * shape, modes)
-    assert found.rest == pytest.approx(13.0, abs=2e-3)
-    assert found.weights.sum() == pytest.approx(1.0, abs=1e-6)
+    result = settling(ENDS, 13.0 + 1.3 * shape, modes)
+    assert result.rest == pytest.approx(13.0, abs=2e-3)
+    assert result.weights.sum() == pytest.approx(1.0, abs=1e-6)
 
 
 def test_the_rest_is_as_uncertain_as_its_weights_say():
     """Mean square of 300 errors over the stated one: sd 8 %, so 1.35 is 4 sd."""
     rng, errors = np.random.default_rng(1), []
     for _ in range(300):
-        found = settling(ENDS, SWINGS + 0.03 * rng.standard_normal(ENDS.size), 2)
-        errors.append(found.rest / (0.03 * np.linalg.norm(found.weights)))
+        result = settling(ENDS, SWINGS + 0.03 * rng.standard_normal(ENDS.size), 2)
+        errors.append(result.rest / (0.03 * np.linalg.norm(result.weights)))
     assert 0.7 < np.mean(np.square(errors)) < 1.35
 
 

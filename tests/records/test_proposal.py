@@ -64,9 +64,9 @@ def test_folders_state_motion_and_breaker(tmp_path):
     names = ["opening tests/closing/1.csv", "Q1/Einschaltung ein/1.csv", "Q1/AUS/1.csv"]
     names += ["Q2/1_close.csv", "Q3/close-open 1.csv"]
     rows, _ = proposed(tmp_path, *names)
-    found = [("closing", "", 0), ("closing", "Q1", 1), ("opening", "Q1", 2), ("closing", "Q2", 3)]
-    found += [("closing", "Q3", 4), ("opening", "Q3", 4)]
-    assert [row[:4] for row in rows] == [(m, 1, of, names[i]) for m, of, i in found]
+    result = [("closing", "", 0), ("closing", "Q1", 1), ("opening", "Q1", 2), ("closing", "Q2", 3)]
+    result += [("closing", "Q3", 4), ("opening", "Q3", 4)]
+    assert [row[:4] for row in rows] == [(m, 1, of, names[i]) for m, of, i in result]
     with pytest.raises(ValueError, match="line 2, column motion"):
         proposed(tmp_path / "new", "1.csv", "2.csv")
 
@@ -81,7 +81,7 @@ def test_names_that_no_table_can_have_are_left_out_with_a_remark(tmp_path):
     text, remarks = propose_manifest(folder)
     assert len(text.splitlines()) == 2
     assert len(remarks) == 3
-    assert all(each.isprintable() for each in remarks)
+    assert all(remark.isprintable() for remark in remarks)
 
 
 def test_files_state_breaker_phase_date_motion_and_rate(tmp_path):
@@ -112,7 +112,7 @@ def test_files_state_breaker_phase_date_motion_and_rate(tmp_path):
         read_manifest(tmp_path / "operations.csv")
     assert not any(row["file"] in ("e.csv", "notes.txt") for row in rows)
     for name in ("e.csv", "notes.txt"):
-        assert any(name in each for each in remarks)
+        assert any(name in remark for remark in remarks)
 
 
 def seen_in(tmp_path, files):
@@ -143,7 +143,7 @@ def test_phases_are_those_of_the_header_as_they_stand_there(tmp_path, phases):
     for seed, phase in enumerate(phases):
         pole(tmp_path / f"{'ab'[seed]}.csv", phase, seed)
     rows, _ = looked(tmp_path)
-    assert [(row["phase"], row["operation"]) for row in rows] == [(each, "1") for each in phases]
+    assert [(row["phase"], row["operation"]) for row in rows] == [(item, "1") for item in phases]
 
 
 def test_settings_in_which_files_differ_are_columns(tmp_path):

@@ -144,13 +144,13 @@ def test_what_is_proposed_for_an_export_reads_it(tmp_path, name):
     proposal = inspect_file(file, SENSOR)
     assert {key: proposal.settings.get(key) for key in export.settings} == export.settings
     assert [*proposal.lacking] == [*export.lacking]
-    motions = "".join(each.motion[0].upper() for each in proposal.motions)
+    motions = "".join(item.motion[0].upper() for item in proposal.motions)
     assert motions == export.kind * (len(export.phases.split()) or 1)
     if export.phases:
         assert " ".join(name for name, _ in travel_channels(file).values()) == export.phases
     settings = proposed(proposal) | export.lacking | {"stroke": None}
-    for each in proposal.motions:
-        record = Reader(settings | {"travel_column": each.column}).read(each.operation, each.motion)
+    for item in proposal.motions:
+        record = Reader(settings | {"travel_column": item.column}).read(item.operation, item.motion)
         assert record.segment.stroke == pytest.approx(STROKE, abs=0.5)
 
 
@@ -163,22 +163,22 @@ def test_what_is_proposed_for_a_layout_reads_it_as_its_own_settings_do(
     file = tmp_path / f"{motion}_00003{layout.ending}"
     layout.write(file, *life.record(motion, 3), motion=motion, operation=3)
     proposal = inspect_file(file, SENSOR)
-    assert [(each.motion, bool(each.record)) for each in proposal.motions] == [(motion, True)]
+    assert [(entry.motion, bool(entry.record)) for entry in proposal.motions] == [(motion, True)]
     lacking = {"angles": {"table": str(layouts.ANGLES)}}.get(name, {})  # what no file states
     assert list(proposal.lacking) == (["ratio"] if lacking else [])
     settings = proposed(proposal)
     if name == "degrees":  # no unit is stated, so mm are taken, and a remark has the others
-        assert proposal.found.doubts["travel_unit"]
+        assert proposal.findings.doubts["travel_unit"]
         lacking = {"travel_unit": "deg", "ratio": 0.25, "stroke": [12.0, 17.0]}
     if name == "angles":
         settings["zero"] = 0.0  # of the table, not of the reading
-    own, found = (
+    own, result = (
         read_curves([Operation(1, file)], given, Grid(TIMES), motion)
         for given in (layout.settings, settings | lacking)
     )
-    assert found.accepted.all(), found.reason.values
-    np.testing.assert_allclose(found.travel, own.travel, atol=0.12)
-    assert found.first_motion.item() == pytest.approx(own.first_motion.item(), abs=0.11)
+    assert result.accepted.all(), result.reason.values
+    np.testing.assert_allclose(result.travel, own.travel, atol=0.12)
+    assert result.first_motion.item() == pytest.approx(own.first_motion.item(), abs=0.11)
 
 
 @pytest.fixture(scope="module")
@@ -204,12 +204,12 @@ def test_every_motion_of_every_channel_is_read_in_its_part(tmp_path):
     columns = time + 250.0, 16.0 * way + noise, 40.0 - 20.0 * way + noise
     file = written(tmp_path / "a.csv", "t (ms),A (mm),B (mm)", *columns)
     proposal = inspect_file(file, SENSOR)
-    found = [(each.column, each.motion) for each in proposal.motions]
-    assert found == [(c, m) for c, first in (("A", 1), ("B", -1)) for m in (MOTIONS[::first] * 2)]
-    for each, at in zip(proposal.motions, [300.0, 400.0, 500.0, 600.0] * 2, strict=True):
-        seen = each.record.moves, each.begins, each.arrives
+    result = [(item.column, item.motion) for item in proposal.motions]
+    assert result == [(c, m) for c, first in (("A", 1), ("B", -1)) for m in (MOTIONS[::first] * 2)]
+    for item, at in zip(proposal.motions, [300.0, 400.0, 500.0, 600.0] * 2, strict=True):
+        seen = item.record.moves, item.begins, item.arrives
         assert seen == pytest.approx((at - 5.0, at - 3.9, at + 3.0), abs=2.0)
-        between = each.operation.begin, each.operation.end
+        between = item.operation.begin, item.operation.end
         assert between == pytest.approx((at - 50.0, at + 50.0), abs=1.0)
     assert proposal.settings["stroke"] == pytest.approx([0.9 * 16.0, 1.1 * 20.0], rel=0.03)
     assert proposal.settings["zero"] == "rest"
@@ -268,7 +268,7 @@ def test_unused_channels_are_no_travels(tmp_path, unused):
 @pytest.mark.parametrize(("stated", "warned"), [([178.0, 150.0], False), ([150.0, 151.0], True)])
 def test_a_stated_stroke_that_no_motion_has_is_a_warning(tmp_path, stated, warned):
     proposal = inspected(tmp_path, results={"Stroke (mm)": stated, "Rated Travel (mm)": [178.0]})
-    assert [bool(each.record.warning) for each in proposal.motions] == [warned] * 3
+    assert [bool(motion.record.warning) for motion in proposal.motions] == [warned] * 3
 
 
 # ---- what may do harm ----------------------------------------------------------------------------

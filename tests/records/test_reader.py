@@ -114,9 +114,9 @@ def test_any_rate_is_read(file, prior, times, rate, motion):
 def test_rejected_operations_stay_and_the_rest_goes_on(tmp_path, prior, times, caplog):
     """1 is good, 2 has a text, 3 is an opening, 4 lacks a sample, 5 is not there, 6 is 1 again."""
     folder = [Operation(k, tmp_path / f"op_{k}.csv") for k in range(1, 7)]
-    for each in folder[:4]:
-        motion = "opening" if each.number == 3 else "closing"
-        written(each.file, prior, motion, seed=each.number)
+    for item in folder[:4]:
+        motion = "opening" if item.number == 3 else "closing"
+        written(item.file, prior, motion, seed=item.number)
     folder[5].file.write_bytes(folder[0].file.read_bytes())
     edit(folder[1].file, 50, "?")
     for _ in range(EVERY):

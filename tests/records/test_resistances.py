@@ -48,8 +48,8 @@ def test_planted_resistances_are_found(flows):
             errors[name].append((median - value) / max(sd, 0.002 * value))
             assert median == pytest.approx(value, rel=0.2)
     assert min(map(len, errors.values())) > 140
-    for each in errors.values():
-        assert np.mean(np.square(each)) < 4.0
+    for error in errors.values():
+        assert np.mean(np.square(error)) < 4.0
 
 
 @pytest.mark.parametrize("motion", MOTIONS)

@@ -33,6 +33,6 @@ def test_settings_that_fit_no_file_are_refused(key, settings):
     ],
 )
 def test_what_a_row_of_the_table_may_still_state_is_lacking(key, settings):
-    found = lacking(complete(settings))
-    assert key in found
-    assert bool(key) == bool(found)
+    result = lacking(complete(settings))
+    assert key in result
+    assert bool(key) == bool(result)

@@ -56,14 +56,14 @@ BELONGS = [
 @pytest.mark.parametrize(("columns", "settings"), BELONGS)
 def test_a_contact_belongs_to_the_travel_of_its_number_or_phase(columns, settings):
     travel = {} if next(iter(columns)).startswith("Travel") else {"Travel 1": RISES}
-    found = paired(travel | columns)[0]["closing"]
+    result = paired(travel | columns)[0]["closing"]
     wanted = {key: name for key, name in settings.items() if name}
-    assert {key: name for key, name in found.items() if key != "trigger_column"} == wanted
+    assert {key: name for key, name in result.items() if key != "trigger_column"} == wanted
 
 
 def test_a_letter_before_an_accent_is_no_phase():
     columns = {"Course R": RISES, "Course B": RISES, "Résistance B": OHMS, "Résistance R": OHMS}
-    assert [each["closing"]["contact_column"] for each in paired(columns, travels=2)] == [
+    assert [item["closing"]["contact_column"] for item in paired(columns, travels=2)] == [
         "Résistance R",
         "Résistance B",
     ]
@@ -96,8 +96,8 @@ def pulses(*at):
 )
 def test_a_coil_of_all_poles_belongs_to_each_of_them(coils, taken):
     columns = {f"Travel T{k}": RISES for k in (1, 2, 3)}
-    found = paired(columns | {name: pulses(*at) for name, at in coils.items()}, travels=3)
-    for one in found:
+    result = paired(columns | {name: pulses(*at) for name, at in coils.items()}, travels=3)
+    for one in result:
         assert [one[m].get("trigger_column") for m in ("closing", "opening")] == taken
 
 
@@ -105,9 +105,9 @@ def test_of_as_many_coils_as_poles_each_has_one_in_their_order():
     """C1 to C3 close and C4 to C6 trip; the C of their names is no phase."""
     names = [f"Coil Current C{k} (A)" for k in range(1, 7)]
     coils = {n: pulses(20 + k if k < 3 else 197 + k) for k, n in enumerate(names)}
-    found = paired({f"Travel T{k}": RISES for k in (2, 4, 5)} | coils, travels=3)
-    assert [one["closing"]["trigger_column"] for one in found] == names[:3]
-    assert [one["opening"]["trigger_column"] for one in found] == names[3:]
+    result = paired({f"Travel T{k}": RISES for k in (2, 4, 5)} | coils, travels=3)
+    assert [one["closing"]["trigger_column"] for one in result] == names[:3]
+    assert [one["opening"]["trigger_column"] for one in result] == names[3:]
 
 
 @pytest.mark.parametrize("shift", [0, 40], ids=["aligned", "in order"])
@@ -146,7 +146,7 @@ def test_levels_of_contacts_show_which_motion_is_the_first(name, values, first):
 
 def test_channels_of_an_export(tmp_path):
     write(tmp_path / "a.csv", motions=("closing", "opening"))
-    found = travel_channels(tmp_path / "a.csv")
-    assert [name for name, _ in found.values()] == ["R", "Y", "B"]
+    result = travel_channels(tmp_path / "a.csv")
+    assert [name for name, _ in result.values()] == ["R", "Y", "B"]
     columns = {"contact_column": "Contact 2", "trigger_column": "Coil 2 (A)"}
-    assert found["Travel 2"][1]["opening"] == columns
+    assert result["Travel 2"][1]["opening"] == columns

@@ -31,8 +31,8 @@ def test_the_schema_for_others_takes_the_defaults_and_overlays_and_nothing_wrong
     for file in (ROOT / "config").glob("*.yaml"):
         assert list(check.iter_errors(yaml.safe_load(file.read_text(encoding="utf-8")))) == []
     wrong = {"seed": -1, "sensor": {"noise": 1}, "motions": []}
-    found = {tuple(error.absolute_path) for error in check.iter_errors(wrong)}
-    assert found == {("seed",), ("sensor",), ("motions",)}
+    result = {tuple(error.absolute_path) for error in check.iter_errors(wrong)}
+    assert result == {("seed",), ("sensor",), ("motions",)}
     assert check.schema["properties"]["sensor"]["properties"]["samples"]["default"] == 151
 
 
@@ -47,8 +47,8 @@ def test_the_networks_that_ship_are_those_of_the_configuration(family, kind):
     other = {**config, "prior": config["prior"] | {"mu": {"median": 1.0, "log_sd": 0.2}}}
     assert unfit(file, other, kind, definition)[0].startswith("prior.mu.")
     other = family_of(FAMILIES[family == FAMILIES[0]])
-    found = unfit(file, config, kind, other)
-    assert any(line.startswith("definition.effects.") for line in found)
+    result = unfit(file, config, kind, other)
+    assert any(line.startswith("definition.effects.") for line in result)
 
 
 def test_all_of_them_together_are_small():

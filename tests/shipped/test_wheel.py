@@ -32,8 +32,8 @@ def test_the_wheel_has_every_file_and_asks_for_neither_torch_nor_snakemake(tmp_p
     with zipfile.ZipFile(wheel) as opened:
         names = [name for name in opened.namelist() if name.startswith("breaker/")]
         assert {name: opened.read(name) for name in names} == packaged
-    needed = [Requirement(each) for each in dist.metadata_of(wheel).get_all("Requires-Dist")]
-    core = {each.name for each in needed if each.marker is None}
+    needed = [Requirement(item) for item in dist.metadata_of(wheel).get_all("Requires-Dist")]
+    core = {item.name for item in needed if item.marker is None}
     assert {"numpy", "scipy", "safetensors"} <= core
     assert not core & {"torch", "snakemake", *HEAVY}
     networks = {e.name for e in needed if e.marker and e.marker.evaluate({"extra": "networks"})}

@@ -390,7 +390,7 @@ def test_the_workflow_takes_the_entry_of_its_drives_type(tmp_path):
     laid = of_drive(config)
     assert laid["endurance"] == merge(config["endurance"], {"format": {"ratio": 2.0}})
     assert laid["speeds"]["closing_speed"] == ["10 ms before touch", "touch"]
-    own = [each["pair"] for each in laid["limits"][len(config["limits"]) :]]
+    own = [item["pair"] for item in laid["limits"][len(config["limits"]) :]]
     assert {*own} == {"closing stroke by type", "opening stroke by type"}
     for other in ({"types": None}, {"endurance": about | {"breaker": None}}):
         assert of_drive(merge(config, other)) == merge(config, other)

@@ -33,12 +33,12 @@ def package(tmp_path, monkeypatch):
     monkeypatch.setattr(dependencies, "_PACKAGE", folder)
     script = tmp_path / "script.py"
 
-    def found(text: str, **more: bool) -> set[str]:
+    def result(text: str, **more: bool) -> set[str]:
         dependencies._imported.cache_clear()
         script.write_text(text)
         return {str(Path(file).relative_to(folder)) for file in modules_of(script, **more)}
 
-    return found
+    return result
 
 
 @pytest.mark.parametrize(

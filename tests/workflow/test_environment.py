@@ -103,8 +103,8 @@ def test_lock_is_complete_on_every_platform(platform, python):
 
 def test_tests_run_in_the_locked_environment_and_nothing_else_is_in_it():
     installed = {
-        canonicalize_name(found.name): Version(found.version).public
-        for found in metadata.distributions(path=[sysconfig.get_path("purelib")])
+        canonicalize_name(distribution.name): Version(distribution.version).public
+        for distribution in metadata.distributions(path=[sysconfig.get_path("purelib")])
     }
     extra = {name for name in installed.keys() - locked().keys() if not lock.CARDS.fullmatch(name)}
     assert extra == {"pip", breaker.DISTRIBUTION}

@@ -66,16 +66,16 @@ def test_a_figure_is_made_through_a_module_of_a_repository(folder):
     """Below the prefix, by the user's settings over the defaults; other rules stay as they are."""
     plan = snakemake("-n", "own/a.txt", FIGURE, folder=folder)
     said = re.split(r"^(?:local)?rule ", plan, flags=re.MULTILINE)[1:]
-    jobs = {each.partition(":")[0]: each for each in said}
+    jobs = {item.partition(":")[0]: item for item in said}
     assert set(jobs) == {
         "own",
         *(f"breaker_{name}" for name in ("prior_predictive", "rig", "read_curves")),
         "breaker_figure_prior_predictive",
     }
-    before = {each.name for each in folder.iterdir()}
+    before = {item.name for item in folder.iterdir()}
     snakemake("-c1", FIGURE, folder=folder)
     assert (folder / FIGURE).stat().st_size > 10_000
-    assert {each.name for each in folder.iterdir()} - before <= {"drive", ".snakemake"}
+    assert {item.name for item in folder.iterdir()} - before <= {"drive", ".snakemake"}
     assert "Nothing to be done" in snakemake("-n", FIGURE, folder=folder)
     snakemake("--lint", folder=folder)  # which fails where it has a finding
 

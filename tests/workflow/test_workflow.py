@@ -48,7 +48,7 @@ FAMILY = ["family_quality", "figure_validation_family"]
 # For both motions together.
 ONCE = {*LIFE, "rig_truth", *FAMILY}
 READING = [*MEASURING, "figure_prior_predictive", "infer", "infer_family", *FROM_INFERENCE]
-BY_MODEL = [each for each in READING if each not in ("read_curves", "infer_family")]
+BY_MODEL = [item for item in READING if item not in ("read_curves", "infer_family")]
 
 
 def run(folder: Path, *arguments: str, fails: bool = False) -> str:

@@ -13,7 +13,7 @@ from typing import TextIO
 
 from breaker import DISTRIBUTION, __version__
 from breaker.cli.inputs import PROJECT, SEVERAL, add_path
-from breaker.common.computing import set_threads
+from breaker.common.compiling import set_threads
 from breaker.common.text import UNPRINTED, say
 from breaker.configuration.loading import ConfigurationError
 

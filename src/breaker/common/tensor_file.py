@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from breaker import __version__
-from breaker.common.computing import np
+from breaker.common.compiling import np
 
 _FORMAT = "breaker network 1"
 _LARGEST = 10_000  # layers, widths and samples; ten times those of any network of the project

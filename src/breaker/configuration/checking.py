@@ -1,6 +1,6 @@
 """What is wrong with a configuration: each problem by its key, with what is allowed and the remedy.
 
-Types and bounds are those of the classes in ``settings``; ``conditions`` has what several sections
+Types and bounds are those of the classes in ``settings``; ``consistency`` has what several sections
 must fulfil together. Only a check imports these modules, and with them pydantic.
 """
 

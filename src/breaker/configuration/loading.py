@@ -88,7 +88,7 @@ def check(config: Mapping, *, files: Sequence[str | Path] = (), curves: bool = T
         ConfigurationError: If anything is wrong; the message lists all of it.
     """
     from breaker.configuration.checking import dotted, problems
-    from breaker.configuration.conditions import broken
+    from breaker.configuration.consistency import broken
     from breaker.configuration.settings import Settings
 
     sources = {Path(path): parse(path)[1] for path in files}

@@ -15,7 +15,7 @@ from enum import IntEnum
 import numpy as np
 from scipy.integrate import RK45
 
-from breaker.common.computing import compiled
+from breaker.common.compiling import compiled
 from breaker.family.shape import LEVELS
 
 _fast = compiled()

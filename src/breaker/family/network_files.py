@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from breaker.common.computing import np
+from breaker.common.compiling import np
 from breaker.common.tensor_file import settings_of, write_model
 
 

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from breaker.common.computing import compiled
+from breaker.common.compiling import compiled
 
 SHAPE_STEP = 0.1  # durations
 SHAPE_TIMES = SHAPE_STEP * np.arange(-20, 101)

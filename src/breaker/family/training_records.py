@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from breaker.common.computing import compiled
+from breaker.common.compiling import compiled
 from breaker.family.bank import GRID
 from breaker.family.inputs import NormalisedRecords, Sensors
 from breaker.family.shape import effective_noise, normalise

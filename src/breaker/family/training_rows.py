@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from breaker.common.computing import compiled
+from breaker.common.compiling import compiled
 from breaker.family.bank import GRID, shapes
 from breaker.family.inputs import (
     Basis,

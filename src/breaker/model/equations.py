@@ -29,7 +29,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from breaker.common.computing import np
+from breaker.common.compiling import np
 from breaker.model.parameters import NAMES, split
 
 PRESSED = "f > k_a L"

@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from breaker.common.computing import compiled, numba_or_plain
+from breaker.common.compiling import compiled, numba_or_plain
 
 njit, prange = numba_or_plain()
 _REACH = 1.8  # largest rate * h

@@ -14,7 +14,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from breaker.common.computing import np
+from breaker.common.compiling import np
 from breaker.common.numerals import in_digits
 from breaker.model.parameters import MOTIONS
 from breaker.model.quantities import SPEEDS, Speed, check_quantity, quantities

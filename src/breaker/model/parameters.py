@@ -29,7 +29,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from breaker.common.computing import np
+from breaker.common.compiling import np
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 import torch
 from torch import Tensor, nn
 
-from breaker.common.functions import load
+from breaker.common.named_functions import load
 from breaker.networks.blocks import ResidualMLP
 from breaker.networks.coupling_flow import CouplingFlow
 from breaker.networks.flow_matching import FlowMatching

@@ -211,7 +211,7 @@ def _reason_for(
         return "sure", f"{', '.join(stated)}: stated by the file or its table"
     if proposal and key in proposal.lacking:
         return "missing", f"fill it in: {labelled(proposal.lacking[key])}"
-    if proposal and (doubts := proposal.found.doubts.get(key)):
+    if proposal and (doubts := proposal.findings.doubts.get(key)):
         return "doubtful", labelled("; ".join(doubts))
     if base[key] == FORMAT[key]:
         return "sure", "default"

@@ -351,10 +351,10 @@ def _propose(
 def _state(path: str) -> tuple:
     """Return the state of a file or folder, which changes with its contents."""
     try:
-        found = os.stat(path)
+        state = os.stat(path)
     except OSError:
         return (path,)
     if os.path.isdir(path):
         inside = (*sorted(record_files(path)), Path(path, MANIFEST))
-        return path, hash(tuple(_state(str(part)) for part in inside)), found.st_mtime_ns
-    return path, found.st_ino, found.st_size, found.st_mtime_ns, found.st_ctime_ns
+        return path, hash(tuple(_state(str(part)) for part in inside)), state.st_mtime_ns
+    return path, state.st_ino, state.st_size, state.st_mtime_ns, state.st_ctime_ns

@@ -46,7 +46,7 @@ def set_of_type(
     held, place = (entry.setdefault(section, {}), quantity) if quantity else (entry, section)
     values = [_number(end) for end in ends]
     if section == "speeds":  # a number alone is a share of the stroke
-        values = [_share(each) for each in values]
+        values = [_share(value) for value in values]
     held[place] = values if quantity else values[0]
     if values == [None] * len(values):
         del held[place]

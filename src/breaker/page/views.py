@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 import jinja2
 from markupsafe import Markup
 
-from breaker.common.computing import compile_now
+from breaker.common.compiling import compile_now
 from breaker.common.document import Document, html_page, tone_of
 from breaker.common.text import bare, visible_text
 from breaker.diagnosis.identity import nameplate

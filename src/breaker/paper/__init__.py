@@ -17,7 +17,7 @@ the numbers of a run that the documentation states.
 
 from collections.abc import Mapping
 
-from breaker.common.functions import load
+from breaker.common.named_functions import load
 
 
 def is_exact(config: Mapping) -> bool:

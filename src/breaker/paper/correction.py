@@ -341,9 +341,9 @@ def _refit(drawn: Sequence[_Draws]) -> TriangularMap:
 
     While too few of them are in the prior's support, more are drawn from the last map.
     """
-    z = np.concatenate([each.z for each in drawn])
-    densities = [each.proposal.log_prob(z) + np.log(len(each.z) / len(z)) for each in drawn]
-    log_joint = np.concatenate([each.log_joint for each in drawn])
+    z = np.concatenate([block.z for block in drawn])
+    densities = [block.proposal.log_prob(z) + np.log(len(block.z) / len(z)) for block in drawn]
+    log_joint = np.concatenate([block.log_joint for block in drawn])
     log_ratio = log_joint - np.logaddexp.reduce(densities)
     if np.sum(log_ratio > -np.inf) < _FIT_SIZE and np.all(log_ratio < np.inf):
         return drawn[-1].proposal
@@ -393,28 +393,28 @@ def correct_validation(
         ``efficiency``, ``pareto_k``, ``faulty_weights``, ``log_evidence``, ``log_evidence_se``.
     """
     model.check_exact()
-    found = []
+    corrected = []
     records = list(zip(data.measured.values, data.draws.values, strict=True))
     for i, (record, draws) in enumerate(tqdm(records, "correcting", mininterval=5, unit="curve")):
         rng = generator(seed, "correction", model.motion, i)
         try:
-            found.append(correct(model, record, draws, rng, rounds=rounds))
+            corrected.append(correct(model, record, draws, rng, rounds=rounds))
         except (ArithmeticError, RuntimeError, ValueError) as error:
             # One strange record must not end the job of all others.
             reason = f"no exact posterior: {type(error).__name__}: {error}"
-            found.append(_nothing(draws, reason))
-    weights = [each.importance for each in found]
+            corrected.append(_nothing(draws, reason))
+    weights = [one_result.importance for one_result in corrected]
     columns = {
-        "resolved": [each.resolved for each in found],
-        "why_unresolved": [each.reason for each in found],
-        "rounds": [each.rounds for each in found],
-        "effective_size": [each.size for each in weights],
-        "faulty_weights": [each.faulty for each in weights],
+        "resolved": [one_result.resolved for one_result in corrected],
+        "why_unresolved": [one_result.reason for one_result in corrected],
+        "rounds": [one_result.rounds for one_result in corrected],
+        "effective_size": [weight.size for weight in weights],
+        "faulty_weights": [weight.faulty for weight in weights],
     }
     for name in ("efficiency", "pareto_k", "log_evidence", "log_evidence_se"):
-        columns[name] = [getattr(each, name) for each in weights]
+        columns[name] = [getattr(weight, name) for weight in weights]
     by_curve = {name: ("curve", np.array(column)) for name, column in columns.items()}
-    draws = data.draws.dims, np.stack([each.draws for each in found])
+    draws = data.draws.dims, np.stack([one_result.draws for one_result in corrected])
     return data.assign(by_curve | {"draws": draws})
 
 

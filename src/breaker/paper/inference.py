@@ -58,10 +58,10 @@ def sample_records(
     progress = tqdm(
         range(len(measured)), desc=f"validating {model.motion}", mininterval=5, unit="curve"
     )
-    found = [posterior.sample(measured[i : i + 1], noise[i : i + 1]) for i in progress]
+    samples = [posterior.sample(measured[i : i + 1], noise[i : i + 1]) for i in progress]
     return xr.Dataset(
         {
-            "draws": (("curve", "draw", "output"), np.concatenate(found)),
+            "draws": (("curve", "draw", "output"), np.concatenate(samples)),
             "truth": (("curve", "output"), truth),
             "measured": (("curve", "time"), measured, {"unit": "mm"}),
             "prior_sd": ("output", model.sds),
@@ -111,21 +111,21 @@ def infer(
         rng = generator(seed, "predictive curves", motion, int(operations[i]))
         try:
             distance[i] = posterior.distance(record)[0]
-            found = posterior.sample(record, noise)[0]
-            p_value[i] = predictive_p_value(model, record[0], found, rng)
+            sampled = posterior.sample(record, noise)[0]
+            p_value[i] = predictive_p_value(model, record[0], sampled, rng)
         except (ArithmeticError, RuntimeError, ValueError) as error:
             # So unlike the bank that the network's answer is no posterior; the rest goes on.
             reasons[i] = f"{curves.file.values[i]}: no posterior: {error}"
             continue
-        values[i] = found
+        values[i] = sampled
     flags = {
         "distance": ("operation", distance),
         "outside_prior": ("operation", distance > 1.0),
         "reason": ("operation", reasons.astype(str)),
         "accepted": ("operation", reasons == ""),
     }
-    found = summaries(model, values, p_value, misfit_p_value)
-    return curves.assign(flags | found).assign_coords(_coordinates(model))
+    sampled = summaries(model, values, p_value, misfit_p_value)
+    return curves.assign(flags | sampled).assign_coords(_coordinates(model))
 
 
 def summaries(
@@ -138,14 +138,14 @@ def summaries(
     outside = 1.0 - model.prior.supported(values[..., :p]).mean(axis=1)
     named = intervals(values)
     onset = np.abs(named["median"].values[:, p:]).sum(axis=1)  # 0 where it is no output
-    found = {
+    columns = {
         "p_value": (("operation",), p_value),
         "misfit": (("operation",), p_value < misfit_p_value),
         "far_onset": (("operation",), onset > _FAR_ONSET * model.sensor.onset_sd),
         "outside_support": (("operation",), np.where(np.isnan(p_value), np.nan, outside)),
         "draws": (("operation", "draw", "output"), values.astype(np.float32)),
     }
-    return named | {name: xr.DataArray(each, dims=dims) for name, (dims, each) in found.items()}
+    return named | {name: xr.DataArray(item, dims=dims) for name, (dims, item) in columns.items()}
 
 
 def predictive_p_value(

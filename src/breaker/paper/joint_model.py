@@ -17,7 +17,7 @@ from functools import cached_property
 import numpy as np
 import xarray as xr
 
-from breaker.common.functions import load
+from breaker.common.named_functions import load
 from breaker.common.randomness import generator
 from breaker.model.curves import Motion, sensitivity, too_fast, travel
 from breaker.model.parameters import MOTIONS, NAMES, ONSET, PARAMETERS, Parameter
@@ -138,7 +138,7 @@ class Model:
     @cached_property
     def outputs(self) -> tuple[Parameter, ...]:
         """What is inferred, in order."""
-        known = {each.name: each for each in PARAMETERS}
+        known = {parameter.name: parameter for parameter in PARAMETERS}
         own = [
             known.get(name) or Parameter(name=name, symbol=name, unit="1", meaning=name)
             for name in self.parameters

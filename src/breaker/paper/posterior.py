@@ -127,8 +127,8 @@ class Posterior(nn.Module):
         for i, points in enumerate(values):
             z = self._tensor(self.model.standardise(points[None]))
             features = self.summary(self._tensor(measured[i : i + 1]))
-            found = self.inference.log_prob(z, features, steps=self.density_steps)
-            density[i] = found[0].cpu().numpy()
+            prob = self.inference.log_prob(z, features, steps=self.density_steps)
+            density[i] = prob[0].cpu().numpy()
         return density + self.model.log_scaling(values)
 
     def distance(self, measured: np.ndarray) -> np.ndarray:
@@ -162,7 +162,7 @@ class Posterior(nn.Module):
 
     def save(self, path: str | Path) -> None:
         """Write the model file."""
-        weights = {name: each.cpu().numpy() for name, each in self.state_dict().items()}
+        weights = {name: weight.cpu().numpy() for name, weight in self.state_dict().items()}
         write_model(path, self.settings, weights)
 
     @classmethod
@@ -201,17 +201,17 @@ def _functions(settings: Mapping) -> list[str]:
 
 def _weights(saved: SavedModel, wanted: Mapping[str, Tensor]) -> dict[str, Tensor]:
     """Return the tensors of a file, if they have the shapes and types wanted and are finite."""
-    shapes = {name: tuple(each.shape) for name, each in wanted.items()}
-    own = {name: each.shape for name, each in saved.arrays.items()}
+    shapes = {name: tuple(values.shape) for name, values in wanted.items()}
+    own = {name: values.shape for name, values in saved.arrays.items()}
     for name in sorted(own.keys() | shapes.keys()):
-        found, asked = (each.get(name, "none") for each in (own, shapes))
-        if found != asked:
+        here, asked = (shapes_of.get(name, "none") for shapes_of in (own, shapes))
+        if here != asked:
             raise ModelFileError(
-                f"tensor {name} has the shape {found}, its settings ask for {asked}"
+                f"tensor {name} has the shape {here}, its settings ask for {asked}"
             )
     weights = {}
-    for name, each in wanted.items():
-        array = saved.weight(name, str(each.dtype).removeprefix("torch."))
+    for name, values in wanted.items():
+        array = saved.weight(name, str(values.dtype).removeprefix("torch."))
         if name.endswith("solver_steps") and not 1 <= array.item() <= _MOST_STEPS:
             raise ModelFileError(f"{name} is {array.item()}, but must be from 1 to {_MOST_STEPS}")
         # In memory of torch's own, aligned like that of a network in training.

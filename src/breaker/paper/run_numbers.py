@@ -44,7 +44,7 @@ def numbers_of_motion(
     """
     used = operations.isel(operation=np.flatnonzero(operations.accepted.values))
     inside = prior_check(prior.travel.values, used.travel.values).inside
-    found = {
+    numbers = {
         **_of_quality(quality[quality.posterior == "amortised"].set_index("output")),
         **_of_exactness(exactness.iloc[0]),
         **_of_correlations(validation.draws.sel(output=list(NAMES)).values),
@@ -53,8 +53,8 @@ def numbers_of_motion(
         **_ends("inside", 100 * predictive.share_inside.values, 0),
     }
     if truth is not None:
-        found |= _of_simulated_test(truth, blocks_of(operations), blocks_of(family))
-    return found
+        numbers |= _of_simulated_test(truth, blocks_of(operations), blocks_of(family))
+    return numbers
 
 
 def _of_quality(network: pd.DataFrame) -> dict[str, str]:
@@ -86,22 +86,22 @@ def _of_exactness(row: pd.Series) -> dict[str, str]:
 def _of_correlations(draws: np.ndarray) -> dict[str, str]:
     """Return the median correlation of each pair of parameters within posteriors ``(n, d, p)``."""
     log = np.ones(len(NAMES), dtype=bool)
-    median = np.median([correlation(each, log=log) for each in draws], axis=0)
+    median = np.median([correlation(draw, log=log) for draw in draws], axis=0)
     pairs = combinations(range(len(NAMES)), 2)
     return {f"correlation.{NAMES[i]}.{NAMES[j]}": _written(median[i, j], 2) for i, j in pairs}
 
 
 def _of_simulated_test(truth: xr.Dataset, paper: xr.Dataset, family: xr.Dataset) -> dict[str, str]:
     """Return distances of the model, coverage of blocks, and changes of parameters, percent."""
-    found = _ends("difference", truth.difference, 1)
+    ends = _ends("difference", truth.difference, 1)
     true = moved(truth_in_blocks(paper, truth.value))
-    found |= _each("true_change", pd.Series(true, NAMES), 1)
+    ends |= _each("true_change", pd.Series(true, NAMES), 1)
     for by, blocks in (("paper", paper), ("family", family)):
         shares = 100 * held(blocks, truth.value)
         changes = moved(blocks["value"].sel(quantile=0.5).values)
-        found |= _each(f"{by}_holds", pd.Series(shares, NAMES), 0)
-        found |= _each(f"{by}_change", pd.Series(changes, NAMES), 1)
-    return found
+        ends |= _each(f"{by}_holds", pd.Series(shares, NAMES), 0)
+        ends |= _each(f"{by}_change", pd.Series(changes, NAMES), 1)
+    return ends
 
 
 def numbers_of_life(
@@ -110,16 +110,16 @@ def numbers_of_life(
     """Return when a life changed, when each limit was exceeded, and when a service was planned;
     ``failures`` are true operations by limit, none for measured records.
     """
-    found = {"changes": life.sizes["change"]}
-    found |= {f"change_{i}": each for i, each in enumerate(life.noticed.values, start=1)}
-    found |= {f"{name}.failure": operation for name, operation in failures.items()}
+    numbers = {"changes": life.sizes["change"]}
+    numbers |= {f"change_{i}": item for i, item in enumerate(life.noticed.values, start=1)}
+    numbers |= {f"{name}.failure": operation for name, operation in failures.items()}
     exceeded = limits.drop_duplicates("limit").set_index("limit").certain
-    found |= {f"{name}.exceeded": operation for name, operation in exceeded.items()}
+    numbers |= {f"{name}.exceeded": operation for name, operation in exceeded.items()}
     planned = decisions[decisions.state.isin(["planned", "due"]) & decisions.service_by.notna()]
     if len(planned):
-        found["first_plan"] = planned.operation.iloc[0]
-        found["service_moves"] = (planned.service_by.diff().fillna(0) != 0).sum()
-    return {name: _written(value, 0) for name, value in found.items() if pd.notna(value)}
+        numbers["first_plan"] = planned.operation.iloc[0]
+        numbers["service_moves"] = (planned.service_by.diff().fillna(0) != 0).sum()
+    return {name: _written(value, 0) for name, value in numbers.items() if pd.notna(value)}
 
 
 def _written(value: float, digits: int) -> str:
@@ -157,13 +157,13 @@ def blocks_of(inferred: xr.Dataset, most: int = 40) -> xr.Dataset:
         many there are, and ``answered``, how many of them have a posterior.
     """
     draws = inferred.draws.sel(output=list(NAMES)).transpose("operation", "draw", "output").values
-    each = np.moveaxis(np.quantile(draws, QUANTILES, axis=1), 0, -1)
-    known, numbers = np.isfinite(each).all(axis=(1, 2)), inferred.operation.values
+    quantiles = np.moveaxis(np.quantile(draws, QUANTILES, axis=1), 0, -1)
+    known, numbers = np.isfinite(quantiles).all(axis=(1, 2)), inferred.operation.values
     parts = np.array_split(np.arange(numbers.size), min(most, numbers.size))
-    value = np.full((len(parts), *each.shape[1:]), np.nan)
+    value = np.full((len(parts), *quantiles.shape[1:]), np.nan)
     for k, part in enumerate(parts):
         if known[part].any():
-            value[k] = np.median(each[part][known[part]], axis=0)
+            value[k] = np.median(quantiles[part][known[part]], axis=0)
     first, last = (np.array([numbers[part[end]] for part in parts]) for end in (0, -1))
     return xr.Dataset(
         {

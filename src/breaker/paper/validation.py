@@ -55,7 +55,7 @@ def intervals(draws: np.ndarray) -> dict[str, xr.DataArray]:
     bounds = {"dims": ("operation", "output", "bound"), "coords": {"bound": ["lower", "upper"]}}
     median, *pairs = quantiles(draws, axis=1).items()
     named = {"median": xr.DataArray(median[1], dims=("operation", "output"))}
-    return named | {name: xr.DataArray(each, **bounds) for name, each in pairs}
+    return named | {name: xr.DataArray(values, **bounds) for name, values in pairs}
 
 
 def share_inside(
@@ -93,7 +93,7 @@ def regions(draws: ArrayLike) -> dict[tuple[int, int], tuple[np.ndarray, ...]]:
     low, high = draws.min(axis=0), draws.max(axis=0)
     room = 0.1 * (high - low)
     grids = np.linspace(low - room, high + room, 48)  # finer shows no more in a panel
-    found = {}
+    densities = {}
     for i, j in zip(*np.triu_indices(draws.shape[1], 1), strict=True):
         pair = draws[:, [i, j]].T
         if not np.ptp(pair, axis=1).all() or abs(np.corrcoef(pair)[0, 1]) > 1.0 - 1e-9:
@@ -102,8 +102,8 @@ def regions(draws: ArrayLike) -> dict[tuple[int, int], tuple[np.ndarray, ...]]:
         x, y = np.meshgrid(grids[:, i], grids[:, j])
         density = kernel([x.ravel(), y.ravel()]).reshape(x.shape)
         levels = np.quantile(kernel(pair), 1.0 - np.array(REGIONS))
-        found[int(i), int(j)] = grids[:, i], grids[:, j], density, levels
-    return found
+        densities[int(i), int(j)] = grids[:, i], grids[:, j], density, levels
+    return densities
 
 
 # ---- posteriors of simulated records, whose truth is known ---------------------------------------
@@ -182,11 +182,11 @@ class Recovery:
 def recovery(draws: ArrayLike, truth: ArrayLike) -> Recovery:
     """Summarise draws ``(n, d, q)`` and their truth ``(n, q)`` (paper, Sec. 6, Fig. 6)."""
     draws, truth = checked_draws(draws, truth)
-    found = quantiles(draws, axis=1)
-    columns = zip(found["median"].T, truth.T, strict=True)
+    summaries = quantiles(draws, axis=1)
+    columns = zip(summaries["median"].T, truth.T, strict=True)
     pearson = np.array([np.corrcoef(guess, actual)[0, 1] for guess, actual in columns])
     covered = coverage(ranks(draws, truth), draws.shape[1], levels=(0.5, 0.95))
-    return Recovery(truth, found["median"], found["interval_95"], *covered, pearson)
+    return Recovery(truth, summaries["median"], summaries["interval_95"], *covered, pearson)
 
 
 def _scaled(values: np.ndarray, log: ArrayLike) -> np.ndarray:
@@ -269,13 +269,15 @@ def compare(
     """
     log = is_logarithmic(names)
     own, exact, true = (
-        _scaled(np.array(each, dtype=np.float64), log) for each in (amortised, corrected, truth)
+        _scaled(np.array(item, dtype=np.float64), log) for item in (amortised, corrected, truth)
     )
     centre, sd = np.median(exact, axis=0), exact.std(axis=0, ddof=1)
-    found = [quantiles((each - centre) / sd, axis=0) for each in (own, exact)]
+    summaries = [quantiles((item - centre) / sd, axis=0) for item in (own, exact)]
     bounds = ("posterior", "output", "bound")
-    values = {"median": (bounds[:2], np.stack([each["median"] for each in found]))}
-    values |= {name: (bounds, np.stack([each[name] for each in found])) for name in INTERVALS}
+    values = {"median": (bounds[:2], np.stack([summary["median"] for summary in summaries]))}
+    values |= {
+        name: (bounds, np.stack([summary[name] for summary in summaries])) for name in INTERVALS
+    }
     where = {"posterior": ["amortised", "corrected"], "output": list(names)}
     where |= {"bound": ["lower", "upper"]}
     return xr.Dataset(values | {"truth": ("output", (true - centre) / sd)}, where)
@@ -294,8 +296,8 @@ def examples(judged: xr.Dataset, amortised: xr.Dataset, corrected: xr.Dataset) -
         "highest"), ``curve`` (from 0), ``efficiency``, ``pareto_k`` and ``resolved``.
     """
     own, exact = (
-        each.draws.values[: judged.sizes["curve"]].astype(np.float64)
-        for each in (amortised, corrected)
+        posterior.draws.values[: judged.sizes["curve"]].astype(np.float64)
+        for posterior in (amortised, corrected)
     )
     efficiency = judged.efficiency.values
     wide = np.isfinite(exact).all(axis=(1, 2)) & (np.ptp(exact, axis=1) > 0).all(axis=1)
@@ -309,12 +311,12 @@ def examples(judged: xr.Dataset, amortised: xr.Dataset, corrected: xr.Dataset) -
         places[last // 2] = "median"
     curves = {place: int(usable[at]) for at, place in sorted(places.items())}
     names, truth = [str(name) for name in amortised.output.values], amortised.truth.values
-    each = [compare(own[i], exact[i], truth[i], names) for i in curves.values()]
+    comparisons = [compare(own[i], exact[i], truth[i], names) for i in curves.values()]
     chosen = list(curves.values())
     more = {name: judged[name].values[chosen] for name in ("efficiency", "pareto_k", "resolved")}
     more |= {"place": list(curves), "curve": chosen}
     columns = {name: ("example", values) for name, values in more.items()}
-    return xr.concat(each, "example").assign(columns)
+    return xr.concat(comparisons, "example").assign(columns)
 
 
 def reached(contractions: Mapping[str, np.ndarray], names: Sequence[str]) -> xr.Dataset:
@@ -330,13 +332,13 @@ def reached(contractions: Mapping[str, np.ndarray], names: Sequence[str]) -> xr.
         ``curves (source)``; ``known (output)``, in words, by the limit's mean. The outputs are
         sorted by that mean, the highest first.
     """
-    each, dims = list(contractions.values()), ("source", "output")
+    sources, dims = list(contractions.values()), ("source", "output")
     data = xr.Dataset(
         {
-            "mean": (dims, np.stack([np.mean(values, axis=0) for values in each])),
-            "lower": (dims, np.stack([np.quantile(values, 0.05, axis=0) for values in each])),
-            "upper": (dims, np.stack([np.quantile(values, 0.95, axis=0) for values in each])),
-            "curves": ("source", [len(values) for values in each]),
+            "mean": (dims, np.stack([np.mean(values, axis=0) for values in sources])),
+            "lower": (dims, np.stack([np.quantile(values, 0.05, axis=0) for values in sources])),
+            "upper": (dims, np.stack([np.quantile(values, 0.95, axis=0) for values in sources])),
+            "curves": ("source", [len(values) for values in sources]),
         },
         {"source": list(contractions), "output": list(names)},
     )
@@ -369,9 +371,9 @@ def quality(
     judged = judge_draws(draws, truth)
     files = None if reader is None else judge_draws(reader.draws.values, reader.truth.values)
     wide = with_width(data)
-    found = scores(wide.draws.values, wide.truth.values, **scale)
+    score = scores(wide.draws.values, wide.truth.values, **scale)
     covered = coverage(ranks(draws, truth), data.sizes["draw"], levels=(0.5, 0.95))
-    limit = np.full(len(found.z_sd), np.nan) if limit is None else limit
+    limit = np.full(len(score.z_sd), np.nan) if limit is None else limit
     return pd.DataFrame(
         {
             "output": data.output.values,
@@ -379,11 +381,11 @@ def quality(
             "calibration_p_reader": np.nan if files is None else files.p_values,
             "calibrated": ~judged.outside,
             "calibrated_reader": pd.NA if files is None else ~files.outside,
-            "z_mean": found.z_mean,
-            "z_sd": found.z_sd,
-            "contraction": found.mean_contraction,
+            "z_mean": score.z_mean,
+            "z_sd": score.z_sd,
+            "contraction": score.mean_contraction,
             "contraction_limit": limit,
-            "shortfall": limit - found.mean_contraction,
+            "shortfall": limit - score.mean_contraction,
             "coverage_50": covered[0],
             "coverage_95": covered[1],
         }

@@ -54,7 +54,10 @@ def check_folder(
     grid = Grid(times, sensor["noise_sd"], sensor["zero_sd"], sensor["onset_sd"])
     chosen = breaker, phase = endurance.get("breaker"), endurance.get("phase")
     try:
-        rows = {(each.breaker, each.phase) for _, each in read_manifest(Path(folder, MANIFEST))}
+        rows = {
+            (operation.breaker, operation.phase)
+            for _, operation in read_manifest(Path(folder, MANIFEST))
+        }
     except ValueError:
         rows = set()  # no table, or listing the operations reports what is wrong with it
     of = [(b, p) for b, p in sorted(rows) if breaker in (None, b) and phase in (None, p)]
@@ -87,10 +90,14 @@ def document_of(groups: Sequence[CheckedGroup]) -> Document:
     rows, texts = [], {"Rejected:": [], "Remarks on accepted records:": []}
     for group in groups:
         records = group.records
-        rejected = [(group.name, each.file, each.reason) for each in records if each.reason]
-        remarked = [(group.name, each.file, each.remarks) for each in records if each.remarks]
+        rejected = [(group.name, record.file, record.reason) for record in records if record.reason]
+        remarked = [
+            (group.name, record.file, record.remarks) for record in records if record.remarks
+        ]
         counts = len(records), group.accepted, len(remarked), len(rejected)
-        ranges = (_range([getattr(each, name) for each in records]) for name in ("stroke", "noise"))
+        ranges = (
+            _range([getattr(record, name) for record in records]) for name in ("stroke", "noise")
+        )
         rows.append([group.name, *map(str, counts), *ranges])
         texts["Rejected:"] += rejected
         texts["Remarks on accepted records:"] += remarked

@@ -11,7 +11,7 @@ import re
 from collections.abc import Sequence
 from contextlib import suppress
 
-from breaker.common.computing import np
+from breaker.common.compiling import np
 from breaker.records.words import WORDS
 
 LARGEST_NUMBER = {"time": 1e16, "travel": 1e9}

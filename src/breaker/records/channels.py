@@ -159,16 +159,16 @@ class Travel:
 
 def _find_travels(sheet: Sheet, clock: Clock) -> list[Travel]:
     """Columns that move as a drive does: those named a travel, or else all."""
-    step, found = 1.0 / min(clock.likely_rate, RATES[1]), []
+    step, travels = 1.0 / min(clock.likely_rate, RATES[1]), []
     for place, (name, unit) in enumerate(zip(sheet.names, sheet.units, strict=True)):
         named = unit in _LENGTHS or holds(name, "travel")
         may = unit in (None, *_LENGTHS, "V", "counts", "%") and place != clock.place
         if may and (named or not holds(name, "of no travel")):
             reading = np.where(np.isfinite(sheet.columns[place]), sheet.columns[place], np.nan)
             course = Course(step * np.arange(reading.size), reading)
-            found.append(Travel(place, unit, course, words.phase_in(name), named))
-    found = [travel for travel in found if travel.is_of_drive()]
-    return [travel for travel in found if travel.named] or found
+            travels.append(Travel(place, unit, course, words.phase_in(name), named))
+    travels = [travel for travel in travels if travel.is_of_drive()]
+    return [travel for travel in travels if travel.named] or travels
 
 
 def chosen_travels(
@@ -210,11 +210,13 @@ def _with_phases(sheet: Sheet, travels: Sequence[Travel]) -> list[Travel]:
     stated = _stated_contacts(sheet, {travel.place for travel in travels}) or {}
     phases = {int(number): phase for number, phase in stated.values() if phase}
     phases |= sheet.stated.phases
-    found = []
+    travelling = []
     for order, travel in enumerate(travels, start=1):
         number = words.channel_of(sheet.names[travel.place]) or order
-        found.append(replace(travel, phase=travel.phase or phases.get(number, phases.get(0, ""))))
-    return found
+        travelling.append(
+            replace(travel, phase=travel.phase or phases.get(number, phases.get(0, "")))
+        )
+    return travelling
 
 
 def _stated_contacts(
@@ -269,11 +271,11 @@ class Wiring:
 
     def paired(self, sign: int = 1) -> list[dict[str, dict[str, str | int]]]:
         """Return the columns that belong to each travel, by motion and key of the settings."""
-        sheet, found = self.sheet, []
+        sheet, matched = self.sheet, []
         motors = [i for i, name in enumerate(sheet.names) if holds(name, "motor")]
         motors = [i for i in motors if _amperes(sheet, i)]
         for order, travel in enumerate(self.travels):
-            found.append({})
+            matched.append({})
             for motion in MOTIONS:
                 closing = motion == "closing"
                 own = travel.rises == (closing == (sign > 0))
@@ -285,8 +287,8 @@ class Wiring:
                     "trigger_column": self._coil(order, motion, k) if own.any() else [],
                     "motor_column": motors if closing and len(motors) == 1 else [],
                 }
-                found[-1][motion] = {key: sheet.column(at[0]) for key, at in taken.items() if at}
-        return found
+                matched[-1][motion] = {key: sheet.column(at[0]) for key, at in taken.items() if at}
+        return matched
 
     def _contact(self, order: int, motion: str, k: int) -> list[int]:
         """The contact of a travel in motion k; none where several may be meant.
@@ -327,14 +329,14 @@ class Wiring:
 
     def coils_before(self, travel: Travel, k: int) -> dict[int, int]:
         """Return the sample at which coils are energised before motion k of a travel, by column."""
-        begin, end, found = travel.part(k)[0], int(travel.course.middles[k]), {}
+        begin, end, events_of = travel.part(k)[0], int(travel.course.middles[k]), {}
         for i in self.coils:
             values = np.abs(self.sheet.columns[i] - np.nanmedian(self.sheet.columns[i]))
             on = values > FAINT * np.nanmax(values)
             edges = np.flatnonzero(np.diff(on, prepend=True)[begin:end] & on[begin:end])
             if edges.size:
-                found[i] = begin + int(edges[0])
-        return found
+                events_of[i] = begin + int(edges[0])
+        return events_of
 
     def _coil(self, order: int, motion: str, k: int) -> list[int]:
         """The coil of a travel before motion k; none or one.
@@ -359,17 +361,17 @@ class Wiring:
             before, after = map(np.nanmedian, (values[begin : begins + 1], values[rests - 1 : end]))
             if kind != "contact" and min(before, after) < FAINT * max(before, after):
                 closes.add(bool(after > before) == (kind == "52a"))
-        return {"closing" if each else "opening" for each in closes}
+        return {"closing" if closes_first else "opening" for closes_first in closes}
 
 
 def current_of(sheet: Sheet, contact: int) -> list[int]:
     """Return the column of the test current of a contact's resistance, by place; none or one."""
-    own, found = _marks(sheet.names[contact]), []
+    own, wanted = _marks(sheet.names[contact]), []
     for i, name in enumerate(sheet.names) if _kind(sheet, contact) == "resistance" else ():
         flows = (_amperes(sheet, i) or holds(name, "current")) and not _kind(sheet, i)
         if flows and _marks(name) == own and not (holds(name, "motor") or _is_coil(sheet, i)):
-            found.append(i)
-    return found if len(found) == 1 else []
+            wanted.append(i)
+    return wanted if len(wanted) == 1 else []
 
 
 def _marks(name: str) -> tuple[set[str], set[str]]:

@@ -97,7 +97,9 @@ def doubtful_samples(travel: np.ndarray, step: float, quantum: float) -> np.ndar
 def _local_noise(travel: np.ndarray, step: float) -> np.ndarray:
     """Sd of white noise about each sample, ``(t,)``, mm: of the record or of a time about it."""
     # Between samples that an instrument interpolates, the noise is hidden.
-    noise = max(white_noise(travel[::each]) for each in (1, 2, 4) if each == 1 or each * step < 0.4)
+    noise = max(
+        white_noise(travel[::stride]) for stride in (1, 2, 4) if stride == 1 or stride * step < 0.4
+    )
     length, local = 4 * round(_BURST / step), np.full(travel.shape, noise)
     if travel.size < length:
         return local
@@ -122,7 +124,7 @@ def _jumps(
     travel: np.ndarray, noise: np.ndarray, quantum: float, least: float, pace: float
 ) -> np.ndarray:
     """Say before which samples travel jumps: suddenly, and as far in twice the time."""
-    found, count = np.zeros(travel.size, dtype=bool), 2
+    jumps, count = np.zeros(travel.size, dtype=bool), 2
     both = np.concatenate([[0.0], travel[2:] - travel[:-2], [0.0]])
     both = np.abs(both - running_median(both, 4 * _LINE + 1))
     sudden = np.maximum(both, np.append(0.0, both[:-1]))
@@ -135,9 +137,9 @@ def _jumps(
         top = sliding_window_view(np.pad(high, count), 2 * count + 1).max(axis=1)
         same = longer * np.sign(steps)
         jump = (high > limit) & (high == top) & (sudden > 0.6 * high)
-        found |= jump & (same > _ALIKE[0] * high) & (same < _ALIKE[1] * high)
+        jumps |= jump & (same > _ALIKE[0] * high) & (same < _ALIKE[1] * high)
         count, steps, sd = 2 * count, longer, longer_sd
-    return found
+    return jumps
 
 
 def _clipped(travel: np.ndarray, quantum: float, noise: np.ndarray) -> np.ndarray:
@@ -183,7 +185,7 @@ def leap_at(travel: np.ndarray, place: int) -> float:
     """Return by how much travel ``(t,)``, mm, leaps at a sample, by lines on either side."""
     there = np.flatnonzero(~np.isnan(travel))
     near = [there[there < place][-_LINE:], there[there > place][:_LINE]]
-    if not all(each.size for each in near):
+    if not all(part.size for part in near):
         return 0.0  # nothing before or behind it is left
     ends = [np.polyval(np.polyfit(k - place, travel[k], min(1, k.size - 1)), 0.0) for k in near]
     return float(ends[1] - ends[0])
@@ -279,7 +281,7 @@ def repeats_remark(time: np.ndarray, travel: np.ndarray) -> str:
     there = ~np.isnan(travel)
     time, travel = time[there], travel[there]
     tied = np.diff(travel) == 0.0
-    ties = max(1.0 / tied.size, *(each.mean() for each in (tied, tied[:_ENDS], tied[-_ENDS:])))
+    ties = max(1.0 / tied.size, *(equal.mean() for equal in (tied, tied[:_ENDS], tied[-_ENDS:])))
     length = np.log(FALSE / travel.size**2) / np.log(ties) if ties < 1.0 else np.inf
     if length > min(_MOST, travel.size // 4):
         return ""

@@ -73,9 +73,9 @@ class _Switch(NamedTuple):
 
     def edge(self, level: float) -> float:
         """Return when the contact first switches at a level, ms; raise if it never does."""
-        if not (found := self.edges(level)).size:
+        if not (result := self.edges(level)).size:
             raise NotShownError(_UNSEEN)
-        return float(found[0])
+        return float(result[0])
 
     def open_edge(self) -> tuple[float, float]:
         """Return when the signal leaves or reaches the level of the open contact, and its sd, ms.
@@ -117,7 +117,7 @@ def events_of(
     """
     time, moves, closing = located.time[located.inside], located.moves, located.motion == "closing"
     own = {kind: channel[located.inside] for kind, channel in channels.items()}
-    found, said, column = ContactTimes(), [], settings["contact_column"]
+    contact, said, column = ContactTimes(), [], settings["contact_column"]
     if "contact" in own:
         places = places_of(names, column) if names else []
         name = names[places[0]] if len(places) == 1 else str(column)
@@ -125,28 +125,28 @@ def events_of(
         begin = moves - max(RESOLVED, 3.0 * located.moves_sd)
         try:
             signals = own["contact"], own.get("current"), holds(name, "resistance")
-            found = _as_travelled(times_of(time, *signals, sides, closing, begin), located)
+            contact = _as_travelled(times_of(time, *signals, sides, closing, begin), located)
         except NotShownError as error:
-            found = ContactTimes(why=str(error))
-        if found.why:
-            said.append(f"{label_of(column)}: {found.why}; see endurance.format.current_column")
+            contact = ContactTimes(why=str(error))
+        if contact.why:
+            said.append(f"{label_of(column)}: {contact.why}; see endurance.format.current_column")
         auxiliary = holds(name, "52a") or holds(name, "52b")
         if auxiliary:
             said.append(f"{label_of(column)} is an auxiliary switch: its times are off by some ms")
         timing_sd = float(np.hypot(settings["timing_sd"], _AUXILIARY if auxiliary else 0.0))
         for key in ("sd", "main_sd", "arcing_sd"):
-            sd = float(np.hypot(timing_sd, getattr(found, key)))
-            found = found._replace(**{key: sd})
+            sd = float(np.hypot(timing_sd, getattr(contact, key)))
+            contact = contact._replace(**{key: sd})
     if "trigger" in own:
         at, sd = trigger_of(time, own["trigger"], moves)
         if moves - at <= SLOWEST:
-            found = found._replace(trigger=at, trigger_sd=sd)
+            contact = contact._replace(trigger=at, trigger_sd=sd)
         else:  # it may be that of another motion
             label = label_of(settings["trigger_column"])
             said.append(f"{label} does not rise in the {SLOWEST:g} ms before the {located.motion}")
     elif settings["trigger_column"] == 0 and located.inside.start == 0 and moves >= 0.0:
-        found = found._replace(trigger=0.0)
-    return found, said
+        contact = contact._replace(trigger=0.0)
+    return contact, said
 
 
 def times_of(
@@ -183,18 +183,18 @@ def times_of(
         falls = signal.edge(1.0 - _RISE)
         at, sd = 0.5 * (at + falls), signal.sd(at, at - falls)
     # A current falls slowly, not to zero.
-    found = signal.counted(signal.least if current is None else _RISE, at, sd)
+    edges = signal.counted(signal.least if current is None else _RISE, at, sd)
     rest = _level(contact[sides[0]])[0]
     main, main_sd, arcing = _main(signal, contact, rest, at)
     if current is None:
-        return _of_range(signal, found, (main, main_sd), (rest, arcing, opened))
+        return _of_range(signal, edges, (main, main_sd), (rest, arcing, opened))
     at, sd = (at, sd) if np.isfinite(main) else (np.nan, np.nan)
-    return found._replace(main=main, main_sd=main_sd, arcing=at, arcing_sd=sd)
+    return edges._replace(main=main, main_sd=main_sd, arcing=at, arcing_sd=sd)
 
 
 def _of_range(
     signal: _Switch,
-    found: ContactTimes,
+    timed: ContactTimes,
     main: tuple[float, float],
     levels: tuple[float, float, float],
 ) -> ContactTimes:
@@ -206,19 +206,19 @@ def _of_range(
         levels: Logarithms of the closed, the arcing and the open contact.
     """
     rest, arcing, opened = levels
-    step, apart, (at, sd) = abs(rest - opened), np.isfinite(main[0]), found[:2]
+    step, apart, (at, sd) = abs(rest - opened), np.isfinite(main[0]), timed[:2]
     if apart and arcing - rest > np.log(_ARCING):  # a pre-insertion resistor
         return ContactTimes(*main, *main)
     if not apart and step > np.log(_ARCING):
-        return found
+        return timed
     # Beyond the end of the range the contact conducts for as long as an e-fold takes, or a bounce.
     folds = abs(signal.edge(1.0 / step) - at)
     jumps = signal.closing and folds <= max(_LASTS, np.diff(signal.time[:2])[0])
     sd = signal.sd(at, 2.0 * max(folds, RESOLVED))
-    if apart and opened - arcing > 1.0 and not found.bounces and not jumps:
+    if apart and opened - arcing > 1.0 and not timed.bounces and not jumps:
         return ContactTimes(at, sd, *main, at, sd)
     if not apart and np.isnan(arcing):  # else ripple may hide the arcing contact
-        main = found[:2]
+        main = timed[:2]
     why = "the arcing contact may conduct beyond the range of the resistance"
     return ContactTimes(main=main[0], main_sd=main[1], why=why)
 
@@ -274,14 +274,14 @@ def _main(
     return at, own.sd(at, spread, own.edge(1.0 - _RISE) - at), high
 
 
-def _as_travelled(found: ContactTimes, located: LocatedMotion) -> ContactTimes:
+def _as_travelled(contact: ContactTimes, located: LocatedMotion) -> ContactTimes:
     """Return times unless they contradict the travel: a drive at rest switches no contact."""
     before, after = located.segment.before, located.segment.after
     arrived = (located.left - before) / (after - before) >= 1.0 - LEAST
     end = located.time[located.inside][arrived][:1].min(initial=np.inf)
-    if found.time > end:
-        raise NotShownError(f"it switches at {found.time:.1f} ms, after the travel has arrived")
-    return found._replace(main=np.nan, main_sd=np.nan) if found.main > end else found
+    if contact.time > end:
+        raise NotShownError(f"it switches at {contact.time:.1f} ms, after the travel has arrived")
+    return contact._replace(main=np.nan, main_sd=np.nan) if contact.main > end else contact
 
 
 def trigger_of(time: np.ndarray, trigger: np.ndarray, moves: float) -> tuple[float, float]:

@@ -134,7 +134,7 @@ class Currents:
         middle = float(np.median(own))
         if not 0.0 < middle < (1.0 - LEAST) * np.nanmax(values):
             raise NotShownError("the resistance is beyond its range there")
-        off = [abs(np.median(each) - middle) for each in np.array_split(own, _PARTS)]
+        off = [abs(np.median(part) - middle) for part in np.array_split(own, _PARTS)]
         spread = float(np.median(off)) / (0.6745 * np.sqrt(_PARTS))  # not of a rise at its end
         return middle, float(np.hypot(spread, seen_quantum(own) / np.sqrt(12.0)))
 

@@ -44,15 +44,15 @@ def dates_of(text: str) -> dict[bool, str]:
 @lru_cache(maxsize=4096)  # days of a table of half a million rows
 def _readings(day: str) -> Mapping[bool, str]:
     parts = re.sub("([a-z]{3})[a-z]+", r"\1", day.lower())
-    found = {}
+    readings = {}
     for day_first in (True, False):
         # Between points the day comes first, by the standards of all who write them.
         short = "%d %m %Y" if day_first or "." in parts else "%m %d %Y"
         for form in (short, "%Y %m %d", "%Y%m%d", "%d %b %Y"):
             with suppress(ValueError):
                 read = datetime.strptime(re.sub(r"[-_/.,\s]+", " ", parts), form)
-                found[day_first] = read.date().isoformat()
-    return found
+                readings[day_first] = read.date().isoformat()
+    return readings
 
 
 def clock_of(text: str) -> str:
@@ -99,14 +99,14 @@ def one_date(cell: str, stated: Sequence[str], file: str | Path) -> str:
     """Return the date of a record: its cell in the table, else the readings stated above its
     samples, else those in its name; "" where there is none, or it has two readings.
     """
-    found = [cell] if cell else stated or in_order(dates_of(Path(file).stem))
-    return found[0] if len(found) == 1 else ""
+    dates = [cell] if cell else stated or in_order(dates_of(Path(file).stem))
+    return dates[0] if len(dates) == 1 else ""
 
 
 def instant(when: str) -> datetime:
     """Return a date as an instant without offset: UTC where an offset is stated, else as it is."""
-    found = datetime.fromisoformat(when)
-    return found if found.tzinfo is None else found.astimezone(UTC).replace(tzinfo=None)
+    moment = datetime.fromisoformat(when)
+    return moment if moment.tzinfo is None else moment.astimezone(UTC).replace(tzinfo=None)
 
 
 def earlier(first: str, second: str) -> bool:

@@ -85,7 +85,7 @@ class Findings:
 
     def motions(self) -> list[InspectedMotion]:
         """Return the motions of the travels; motions of one kind are separated by their parts."""
-        clock, start, found = self.clock, 0.0, []
+        clock, start, channels = self.clock, 0.0, []
         if clock.place is not None:
             start = float(self.sheet.columns[clock.place][0]) * TO_MS.get(clock.unit, 1.0)
         for travel, paired in zip(self.every, self.paired, strict=True):
@@ -97,8 +97,8 @@ class Findings:
                 of = Operation(k + 1, self.sheet.file, "", *at[:2], phase=travel.phase)
                 motion = "closing" if closes else "opening"
                 own = travel, column, of, motion, *at[2:], paired[motion]
-                found.append(InspectedMotion(*own))
-        return found
+                channels.append(InspectedMotion(*own))
+        return channels
 
     def find_rest(self, mm: float) -> None:
         """Find zero and stroke, by the mm of one unit of the reading."""
@@ -123,28 +123,28 @@ def look_at(
         ValueError: If no column moves as a drive does, or the file cannot be read.
     """
     clock = find_clock(sheet := look_into(file, channel or usual, line))
-    found = Findings(sheet, clock, *chosen_travels(sheet, clock, channel), dict(sheet.settings))
-    _find_time(found)
-    _find_unit(found)
-    _find_sign(found)
-    return found
+    findings = Findings(sheet, clock, *chosen_travels(sheet, clock, channel), dict(sheet.settings))
+    _find_time(findings)
+    _find_unit(findings)
+    _find_sign(findings)
+    return findings
 
 
-def _find_time(found: Findings) -> None:
-    sheet, clock = found.sheet, found.clock
-    found.doubts["time_column"] += clock.remarks
+def _find_time(findings: Findings) -> None:
+    sheet, clock = findings.sheet, findings.clock
+    findings.doubts["time_column"] += clock.remarks
     if clock.place is not None:
-        found.settings |= {"time_column": sheet.column(clock.place), "time_unit": clock.unit}
-        found.lacking |= {} if clock.unit else {"time_unit": " or ".join(TO_MS)}
+        findings.settings |= {"time_column": sheet.column(clock.place), "time_unit": clock.unit}
+        findings.lacking |= {} if clock.unit else {"time_unit": " or ".join(TO_MS)}
         return
     known = bool(np.isfinite(clock.rate))
-    found.settings |= {"time_column": None, "rate": clock.rate if known else None}
+    findings.settings |= {"time_column": None, "rate": clock.rate if known else None}
     doubt = sheet.stated.rate_doubt or "no rate is stated"
-    found.lacking |= {} if known else {"rate": f"kHz, samples in a ms; {doubt}"}
+    findings.lacking |= {} if known else {"rate": f"kHz, samples in a ms; {doubt}"}
 
 
-def _find_unit(found: Findings) -> None:
-    sheet, travel = found.sheet, found.travels[0]
+def _find_unit(findings: Findings) -> None:
+    sheet, travel = findings.sheet, findings.travels[0]
     unit, stroke = travel.unit or words.unit_of(sheet.stated.travel_unit), travel.strokes.max()
     if unit is None:
         whole = not np.mod(np.nan_to_num(travel.course.reading), 1.0).any()
@@ -152,36 +152,36 @@ def _find_unit(found: Findings) -> None:
         likely = "mm" if _STROKES[0] <= stroke <= _STROKES[1] and not whole else "counts"
         unit = [*named, likely][0]
         doubt = f"no unit of the travel is stated: {unit} for a stroke of {in_digits(stroke, 4)}"
-        found.doubts["travel_unit"].append(f"{doubt}; if that is wrong, set travel_unit")
+        findings.doubts["travel_unit"].append(f"{doubt}; if that is wrong, set travel_unit")
     if unit not in TO_MM:
         ratio = sheet.stated.ratio
         known = f"; stated is a ratio of {in_digits(ratio, 6)}" if ratio > 0 else ""
         shown = f"the stroke is {in_digits(stroke, 4)} {unit}{known}"
-        found.lacking["ratio"] = f"mm for one {unit}, or give a table; {shown}"
-    found.settings |= {"travel_column": sheet.column(travel.place), "travel_unit": unit}
+        findings.lacking["ratio"] = f"mm for one {unit}, or give a table; {shown}"
+    findings.settings |= {"travel_column": sheet.column(travel.place), "travel_unit": unit}
 
 
-def _find_sign(found: Findings) -> None:
+def _find_sign(findings: Findings) -> None:
     """Find the sign by text, names, coils or contacts, or else by the curve; doubt contacts."""
-    travel, wiring = found.travels[0], Wiring(found.sheet, found.every)
+    travel, wiring = findings.travels[0], Wiring(findings.sheet, findings.every)
     stated, shown = _stated_first(wiring, travel), wiring.first_motions(travel)
     seen = ({stated} - {""}) | shown or _first_by_curve(travel)
     first = stated or (min(seen) if len(seen) == 1 else "")
     if not first:
         but = "what the file shows contradicts itself" if seen else "nothing decides it"
-        found.lacking["sign"] = f"1 if the reading grows towards closed, or else -1; {but}"
+        findings.lacking["sign"] = f"1 if the reading grows towards closed, or else -1; {but}"
     elif not stated or len(seen) > 1:
         by = "text or names, against contacts" if stated else "contacts" if shown else "the curve"
         doubt = f"the first motion is taken as {first}, by {by}; if it is wrong, change sign"
-        found.doubts["sign"].append(doubt)
-    found.settings["sign"] = 1 if (first != "opening") == travel.rises[0] else -1
-    found.sure = bool(stated or shown) and len(seen) == 1
-    found.paired = wiring.paired(found.settings["sign"])
-    if wiring.contacts and not all("contact_column" in own["closing"] for own in found.paired):
-        columns = map(found.sheet.column, wiring.contacts)
+        findings.doubts["sign"].append(doubt)
+    findings.settings["sign"] = 1 if (first != "opening") == travel.rises[0] else -1
+    findings.sure = bool(stated or shown) and len(seen) == 1
+    findings.paired = wiring.paired(findings.settings["sign"])
+    if wiring.contacts and not all("contact_column" in own["closing"] for own in findings.paired):
+        columns = map(findings.sheet.column, wiring.contacts)
         lines = " or ".join(f"contact_column: {column}" for column in columns)
         doubt = f"which contact belongs to which travel is not clear; set {lines}"
-        found.doubts["contact_column"].append(doubt)
+        findings.doubts["contact_column"].append(doubt)
 
 
 def _stated_first(wiring: Wiring, travel: Travel) -> str:
@@ -200,11 +200,11 @@ def _stated_first(wiring: Wiring, travel: Travel) -> str:
 
 def _first_by_curve(travel: Travel) -> set[str]:
     """The first motion by a rest at 0, and by sequences C-O or O-C-O; two where these differ."""
-    found, count = set(), len(travel.rises)
+    directions, count = set(), len(travel.rises)
     before, after = np.abs(travel.rests[0]) / travel.strokes[0]
     if min(before, after) <= FAINT < max(before, after):
-        found.add("closing" if before < after else "opening")
-    return found | ({"closing" if count == 2 else "opening"} if count > 1 else set())
+        directions.add("closing" if before < after else "opening")
+    return directions | ({"closing" if count == 2 else "opening"} if count > 1 else set())
 
 
 def travel_channels(
@@ -217,11 +217,11 @@ def travel_channels(
     """
 
     def channels() -> dict[str, tuple[str, Mapping]]:
-        found = look_at(opened, usual=usual)
-        columns = [str(found.sheet.column(travel.place)) for travel in found.every]
-        phases = [travel.phase for travel in found.every]
+        findings = look_at(opened, usual=usual)
+        columns = [str(findings.sheet.column(travel.place)) for travel in findings.every]
+        phases = [travel.phase for travel in findings.every]
         names = phases if all(phases) and len({*phases}) == len(phases) else columns
-        return dict(zip(columns, zip(names, found.paired, strict=True), strict=True))
+        return dict(zip(columns, zip(names, findings.paired, strict=True), strict=True))
 
     opened = as_opened(file)
     return opened.once(("channels", *look_into(opened, usual).names), channels)
@@ -234,18 +234,18 @@ def describe_file(file: str | Path | Opened, line: int = 0) -> Description:
     opened, stated, parts = as_opened(file), Header(), []
     try:
         stated = look_into(opened, line=line).stated
-        found = look_at(opened, line=line)
+        findings = look_at(opened, line=line)
     except ValueError as error:
         return Description(stated, reason=str(error).removeprefix(f"{opened.file}: "))
-    if "ratio" not in found.lacking:
-        found.find_rest(TO_MM[found.settings["travel_unit"]])
-    settings = found.settings | {key: FILL_IN for key in found.lacking if key != "sign"}
+    if "ratio" not in findings.lacking:
+        findings.find_rest(TO_MM[findings.settings["travel_unit"]])
+    settings = findings.settings | {key: FILL_IN for key in findings.lacking if key != "sign"}
     settings = {k: value for k, value in settings.items() if k not in ("travel_column", "stroke")}
-    for each in found.motions():
-        of = each.motion, str(each.column), each.travel.phase
-        timed = np.isfinite(found.clock.rate)
-        part = (each.operation.begin, each.operation.end) if timed else (np.nan, np.nan)
-        parts.append(Part(*of, *part, each.paired))
-    columns = np.stack([found.sheet.columns[travel.place] for travel in found.travels])
+    for record in findings.motions():
+        of = record.motion, str(record.column), record.travel.phase
+        timed = np.isfinite(findings.clock.rate)
+        part = (record.operation.begin, record.operation.end) if timed else (np.nan, np.nan)
+        parts.append(Part(*of, *part, record.paired))
+    columns = np.stack([findings.sheet.columns[travel.place] for travel in findings.travels])
     samples = hashlib.sha256(columns.tobytes()).hexdigest()
-    return Description(stated, tuple(parts), settings, found.sure, samples=samples)
+    return Description(stated, tuple(parts), settings, findings.sure, samples=samples)

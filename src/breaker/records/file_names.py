@@ -31,14 +31,14 @@ def numbers_in(stems: Sequence[str]) -> list[int | None]:
     kinds: dict[str, list[list[re.Match]]] = defaultdict(list)
     for stem in stems:
         kinds[_RUN.sub("\0", stem)].append([*_RUN.finditer(stem)])
-    found: dict[str, int] = {}
+    numbers: dict[str, int] = {}
     for rows in kinds.values():
         columns = [*zip(*rows, strict=True)]
         varying = [column for column in columns if len({int(run[0]) for run in column}) > 1]
         chosen = varying if len(varying) == 1 else columns
         if len(chosen) == 1 and _count(chosen[0]):
-            found |= {run.string: int(run[0]) for run in chosen[0]}
-    return [found.get(stem) for stem in stems]
+            numbers |= {run.string: int(run[0]) for run in chosen[0]}
+    return [numbers.get(stem) for stem in stems]
 
 
 def _count(runs: Sequence[re.Match]) -> bool:
@@ -62,18 +62,18 @@ def phases_in_names(files: Iterable[Path]) -> dict[Path, str]:
     ['R', 'Y']
     """
     files, groups = [*files], defaultdict(dict)
-    sides = any(found[2] for file in files for found in _OF_BREAK.finditer(file.stem))
+    sides = any(match[2] for file in files for match in _OF_BREAK.finditer(file.stem))
     form = _OF_BREAK if sides else IN_FILE
     for file in files:
-        found = [*form.finditer(file.stem)]
+        matches = [*form.finditer(file.stem)]
         other = re.sub("[0-9]", "0", form.sub("", file.stem))
-        groups[other][file] = found[0] if len(found) == 1 else [""] * 2
+        groups[other][file] = matches[0] if len(matches) == 1 else [""] * 2
     named = {}
     for phases in groups.values():
-        there = {found[1] for found in phases.values()}
-        if len(there) < 2 or not any(there <= {*each.split()} for each in WORDS["systems"]):
+        there = {phase[1] for phase in phases.values()}
+        if len(there) < 2 or not any(there <= {*system.split()} for system in WORDS["systems"]):
             return {}
-        named |= {file: found[0] for file, found in phases.items()}
+        named |= {file: phase[0] for file, phase in phases.items()}
     return named
 
 
@@ -83,9 +83,9 @@ def number_poles(files: Mapping[Path, tuple[Sequence[str], str]]) -> dict[Path, 
     The first files of several phases on one day are poles of one operation, their second files are
     the next operation. A file without a stated phase is an operation of its own.
     """
-    turns, operations, found = Counter(), {}, {}
+    turns, operations, poles = Counter(), {}, {}
     for path, (phases, day) in files.items():
         turns.update((day, phase) for phase in {*phases})
         turn = max((turns[day, phase] for phase in phases), default=path)
-        found[path] = operations.setdefault((day, turn), len(operations) + 1)
-    return found
+        poles[path] = operations.setdefault((day, turn), len(operations) + 1)
+    return poles

@@ -104,7 +104,7 @@ class _Rise:
         rho = float(np.clip(rho, 0.0, _MOST_COLOUR))
         every = -(-there.size // _MEANS)
         there = there[there.size % every :].reshape(-1, every)  # to the end, where the rise is
-        time, travel = (each[there].mean(axis=1) for each in (self.time, self.travel))
+        time, travel = (values[there].mean(axis=1) for values in (self.time, self.travel))
         variance = max(self.noise, least) ** 2 * (1.0 + rho) / (1.0 - rho) / every
         return time, travel - travel.mean(), variance
 
@@ -124,22 +124,22 @@ def first_motion(time: np.ndarray, travel: np.ndarray, motion: str) -> tuple[flo
         UnusableError: If the travel stays within its noise, has left its rest position when the
             record begins, or samples are missing or noisy where the start must be.
     """
-    rise, found = _Rise(time, travel, motion), []
+    rise, candidates = _Rise(time, travel, motion), []
     for last, on in (rise.clear(1), *(rise.below(share) for share in _HIGHER_RISES)):
         first = max(0, last - _REST * max(2, on - last))
         start, sd = _start(*rise.part(first, last, _FLAT * rise.way))
-        if not found:
+        if not candidates:
             lasts = time[last] - start
             _check(rise, first, last, start)
             if sd > _VAGUE * lasts:
                 raise UnusableError(
                     f"the first motion is not seen: its time is uncertain by {sd:.1f} ms"
                 )
-        found.append((start, sd))
-        if len(found) > 1 and abs(start - found[0][0]) <= _VAGUE * lasts:
-            return found[0]
-    start, sd = sorted(found)[1]
-    return start, float(np.hypot(sd, 0.5 * abs(start - found[0][0])))
+        candidates.append((start, sd))
+        if len(candidates) > 1 and abs(start - candidates[0][0]) <= _VAGUE * lasts:
+            return candidates[0]
+    start, sd = sorted(candidates)[1]
+    return start, float(np.hypot(sd, 0.5 * abs(start - candidates[0][0])))
 
 
 def _check(rise: _Rise, first: int, last: int, start: float) -> None:
@@ -208,8 +208,8 @@ def start_interval(time: np.ndarray, travel: np.ndarray, motion: str) -> StartIn
         begun = mains - lengths[:, None]
         done = np.clip((time - begun[:, :, None]) / lengths[:, None, None], 0.0, 1.0)
         shapes = _rises(time, mains, _POWERS), done * np.sqrt(done)  # rises, and creeps before
-        found = [_explained(time, travel, hum, shapes, rise.way) for hum in hums]
-        alone, creep = (np.stack(each) for each in zip(*found, strict=True))
+        fits = [_explained(time, travel, hum, shapes, rise.way) for hum in hums]
+        alone, creep = (np.stack(item) for item in zip(*fits, strict=True))
         creep = np.where(begun[:, None] < time[0], -np.inf, creep)
         best = max(alone.max(), creep.max())
         left = float(travel @ travel) - best
@@ -222,7 +222,7 @@ def start_interval(time: np.ndarray, travel: np.ndarray, motion: str) -> StartIn
         tried, mains = mains, _closer(mains, alone + creep.sum(axis=0))
     starts = [tried, *(tried - end * lengths[:, None] for end in _CREEP_ENDS)]
     weights = [alone, *[creep / _CREEP_ENDS.size] * _CREEP_ENDS.size]
-    starts, weights = (np.concatenate([x.ravel() for x in each]) for each in (starts, weights))
+    starts, weights = (np.concatenate([x.ravel() for x in grids]) for grids in (starts, weights))
     order = np.argsort(starts)
     share = np.cumsum(weights[order]) / weights.sum()
     early, late = starts[order][np.searchsorted(share, (0.025, 0.975))]
@@ -263,7 +263,7 @@ def _explained(
 def _basis(time: np.ndarray, hum: float) -> np.ndarray:
     """Orthonormal basis of a rest and its hum, ``(t, b)``."""
     known = [np.ones(time.size)]
-    known += [each(2.0 * np.pi * hum * time) for each in (np.cos, np.sin)] if hum else []
+    known += [wave(2.0 * np.pi * hum * time) for wave in (np.cos, np.sin)] if hum else []
     return np.linalg.qr(np.column_stack(known))[0]
 
 

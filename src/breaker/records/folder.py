@@ -72,41 +72,41 @@ def list_operations(
     """
     rows = _rows(folder, events)
     for name, value in {"breaker": breaker, "phase": phase}.items():
-        there = sorted({getattr(each, name) for _, each in rows})
+        there = sorted({getattr(operation, name) for _, operation in rows})
         if (value is None and len(there) > 1) or (value is not None and value not in there):
-            shown = ", ".join(printable(each) or "(empty)" for each in there) or "no table"
+            shown = ", ".join(printable(item) or "(empty)" for item in there) or "no table"
             reason = f"endurance.{name} is {value}, but {printable(folder)} has {shown}"
             raise ValueError(f"{reason}; choose one, in a command by --{name} NAME, or null")
         rows = [row for row in rows if value is None or getattr(row[1], name) == value]
-    operations = [each for of, each in rows if of == motion]
+    operations = [operation for of, operation in rows if of == motion]
     if rows and not operations:
         reason = f"{Path(folder, MANIFEST)} has no operation of motion {motion}"
         raise FileNotFoundError(f"{reason}; add its rows, or leave it out of motions")
     operations = operations or _from_names(Path(folder, motion))
-    if not any(os.path.exists(each.file) for each in operations):
+    if not any(os.path.exists(operation.file) for operation in operations):
         what = f"none of {len(operations)} files of {motion} is there, such as {operations[0].file}"
         raise ValueError(f"{printable(what)}; put them there, or correct {MANIFEST}")
-    found = sorted(each_line(operations), key=lambda each: each.number)
-    for one, other in pairwise(found):
+    operations_listed = sorted(each_line(operations), key=lambda operation: operation.number)
+    for one, other in pairwise(operations_listed):
         if one.number == other.number:
             places = [f"{e.file}, line {e.line}" if e.line else f"{e.file}" for e in (one, other)]
             what = f"{' and '.join(places)} are both operation {one.number}"
             raise ValueError(f"{printable(what)}; {_REMEDY}")
-    return found
+    return operations_listed
 
 
 def each_line(operations: Iterable[Operation]) -> list[Operation]:
     """Return operations; one for each line, with its number and date, where a file has one record
     on each line and the operation names no line.
     """
-    found = []
+    listed_operations = []
     for one in operations:
         rows = [] if one.line else records_in(one.file)
-        found += [
+        listed_operations += [
             replace(one, line=row.line, number=row.number, date=row.date or one.date)
             for row in rows
         ] or [one]
-    return found
+    return listed_operations
 
 
 def _from_names(folder: Path) -> list[Operation]:
@@ -116,13 +116,15 @@ def _from_names(folder: Path) -> list[Operation]:
             f"{printable(folder)}/ has no file of a record ({' '.join(ENDINGS)}); endurance.curves "
             f"must name a folder with a subfolder for each motion, or with a table {MANIFEST}"
         )
-    found = [each for each in each_line(Operation(0, file) for file in files) if each.line]
-    files = sorted({*files} - {each.file for each in found})
+    operation = [
+        operation for operation in each_line(Operation(0, file) for file in files) if operation.line
+    ]
+    files = sorted({*files} - {operation.file for operation in operation})
     numbers = dict(zip(files, numbers_in([file.stem for file in files]), strict=True))
     if unclear := [printable(file) for file, number in numbers.items() if number is None]:
         what = "names no counter for sure: a number may be a date, a year, a channel or a quantity"
         raise ValueError(f"{first_of(unclear, SHOWN)} {what}; {_REMEDY}")
-    return [*found, *(Operation(number, file) for file, number in numbers.items())]
+    return [*operation, *(Operation(number, file) for file, number in numbers.items())]
 
 
 # ---- the table -----------------------------------------------------------------------------------
@@ -141,7 +143,7 @@ def _rows(folder: str | Path, events: Collection[str] | None) -> list[_Row]:
 
 def list_breakers(folder: str | Path, events: Collection[str] | None = None) -> Sequence[str]:
     """List the breakers in the table of a folder, if it has one, as of ``list_fleet``."""
-    return list(dict.fromkeys(each.breaker for _, each in _rows(folder, events)))
+    return list(dict.fromkeys(operation.breaker for _, operation in _rows(folder, events)))
 
 
 def list_fleet(
@@ -155,14 +157,14 @@ def list_fleet(
 
     Arguments and errors are those of ``list_operations``; all breakers and phases by default.
     """
-    found: dict[str, list[_Row]] = {}
+    fleet: dict[str, list[_Row]] = {}
     for motion, row in _rows(folder, events):
         if breakers is None or row.breaker in breakers:
-            own = found.setdefault(row.breaker, [])
+            own = fleet.setdefault(row.breaker, [])
             own += [(motion, e) for e in each_line([row] if phase in (None, row.phase) else [])]
-    if lacking := [breaker for breaker, own in found.items() if not own]:
+    if lacking := [breaker for breaker, own in fleet.items() if not own]:
         raise ValueError(f"endurance.phase is {phase}, which {folder} has not of {lacking[0]}")
-    return found
+    return fleet
 
 
 def known_of(

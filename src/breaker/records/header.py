@@ -153,17 +153,24 @@ def _ratio(pairs: Iterable[Pair], decimal: str) -> float:
 def _dates(pairs: Iterable[Pair]) -> tuple[str, ...]:
     """Return the date of the test in both orders of day and month, or in that of another date."""
     every = [(pair, dates_of(pair.text)) for pair in stated_as(pairs, "date")]
-    own = [each for each in every if each[1] and "of another day" not in _meant(each[0].name)]
-    own.sort(key=lambda each: "of the test" not in _meant(each[0].name))
+    own = [
+        stated_time
+        for stated_time in every
+        if stated_time[1] and "of another day" not in _meant(stated_time[0].name)
+    ]
+    own.sort(key=lambda stated_time: "of the test" not in _meant(stated_time[0].name))
     pair, readings = own[0] if own else (Pair("", "", ()), {})
-    texts = [" ".join(pair.values), *(each.text for each in stated_as(pairs, "time"))]
+    texts = [" ".join(pair.values), *(pair_.text for pair_ in stated_as(pairs, "time"))]
     clock = next(filter(None, map(clock_of, texts)), "")
-    return tuple(day + clock for day in in_order(readings, day_order(each for _, each in every)))
+    return tuple(
+        day + clock
+        for day in in_order(readings, day_order(stated_time for _, stated_time in every))
+    )
 
 
 def _phases(pairs: Iterable[Pair]) -> dict[int, str]:
     """Return names of phases by number of the channel, from 1; by 0 that of all."""
-    found: dict[int, set[str]] = {}
+    meanings: dict[int, set[str]] = {}
     for pair in pairs:
         if channel := _CHANNEL.fullmatch(pair.name.lower()):
             own = _OF_BREAK.fullmatch(pair.text.strip())  # named as it stands there
@@ -176,8 +183,8 @@ def _phases(pairs: Iterable[Pair]) -> dict[int, str]:
         else:
             continue
         for number, phase in phases.items():
-            found.setdefault(number, set()).update({phase} - {""})
-    return {number: phases.pop() for number, phases in found.items() if len(phases) == 1}
+            meanings.setdefault(number, set()).update({phase} - {""})
+    return {number: phases.pop() for number, phases in meanings.items() if len(phases) == 1}
 
 
 def _rate(pairs: Iterable[Pair], decimal: str, by_length: float) -> tuple[float, str]:
@@ -287,12 +294,12 @@ def _parts(cell: str) -> list[str]:
 @lru_cache(maxsize=4096)  # files of a folder have the same names
 def _name_of(text: str) -> tuple[str, str]:
     """Return a name without its unit, and the unit; a channel in brackets belongs to the name."""
-    brackets = [each[1].strip() for each in _UNIT.finditer(text)]
+    brackets = [match[1].strip() for match in _UNIT.finditer(text)]
     if not brackets:
         bare, unit = (text, "") if "/" in text else words.split_unit(text)
         return (bare, unit or "") if bare else (text, "")
     label = next(filter(_TAG.fullmatch, brackets), "") if len(brackets) > 1 else ""
-    unit = next((each for each in brackets if each != label), "")
+    unit = next((bracket for bracket in brackets if bracket != label), "")
     return f"{_UNIT.sub(' ', text).strip()} {label}".strip(), unit
 
 

@@ -165,7 +165,7 @@ class Reading:
             ),
             "arcing_wipe": self.arcing_wipe,
             "bounce_time": self.bounce_time,
-            **{each.name: partial(self.speed, each) for each in self.speeds},
+            **{item.name: partial(self.speed, item) for item in self.speeds},
             **{name: partial(self._current, name) for name in CURRENTS},
         }
         names = quantities_of(self.located.motion, self.speeds, ("record",))
@@ -225,7 +225,7 @@ class Reading:
         if self._end - self.arrival < _CALMS * self.duration:
             return 0.0  # it may swing
         parts = self.trace.parts(begin, self._end, _PARTS)
-        ways = np.diff([each.value for each in parts])
+        ways = np.diff([part.value for part in parts])
         steady = parts and ((ways > 0.0).all() or (ways < 0.0).all())
         if not steady or abs(ways.sum()) < _SEEN * self.trace.sd(parts[-1] - parts[0]):
             return 0.0

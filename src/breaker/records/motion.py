@@ -211,15 +211,15 @@ def find_segment(
         marks = [begin, *(0.5 * (at[1:] + at[:-1])).tolist(), end]
         raise SeveralMotionsError(
             f"has {forward.sum()} motions of {motion}, at "
-            f"{', '.join(f'{each:.0f}' for each in at[forward])} ms; write from and to of the one "
-            "that is meant into operations.csv",
+            f"{', '.join(f'{moment:.0f}' for moment in at[forward])} ms; write from and to of the "
+            "one that is meant into operations.csv",
             [(marks[k], marks[k + 1]) for k in np.flatnonzero(forward)],
         )
-    found = course.motion(int(forward.argmax()))
-    if abs(found.speed) > _SLOW:
+    segment = course.motion(int(forward.argmax()))
+    if abs(segment.speed) > _SLOW:
         raise UnusableError(f"ends in the middle of the {motion}; record longer")
-    place = {"begin": first + found.begin, "end": first + found.end}
-    return replace(found, **place, before=sign * found.before, after=sign * found.after)
+    place = {"begin": first + segment.begin, "end": first + segment.end}
+    return replace(segment, **place, before=sign * segment.before, after=sign * segment.after)
 
 
 @dataclass(frozen=True)

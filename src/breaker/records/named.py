@@ -83,23 +83,28 @@ def _in_folder(place: Path, endurance: Mapping, choice: Choice) -> dict[str, lis
     """Return the operations of a folder that states their motions."""
     if choice.every and (fleet := folder.list_fleet(place)):
         rows = [row for some in fleet.values() for row in some]
-        return {motion: [each for of, each in rows if of == motion] for motion in choice.motions}
+        return {
+            motion: [operation for of, operation in rows if of == motion]
+            for motion in choice.motions
+        }
     chosen = {name: getattr(choice, name) or endurance[name] for name in ("breaker", "phase")}
     chosen, channels = ({}, ()) if choice.every else (chosen, choice.channels[:1])
-    found, lacking = {}, []
+    by_motion, lacking = {}, []
     for motion in choice.motions:
         try:
             some = folder.list_operations(place, motion, **chosen)
         except FileNotFoundError as error:
             lacking.append(error)
             continue
-        if channels and any(each.channel for each in some):
+        if channels and any(operation.channel for operation in some):
             what = "the table of a folder names the channels"
             raise ValueError(f"{what}. Leave --channel out, or choose by --phase")
-        found[motion] = [replace(each, channel=each.channel or "".join(channels)) for each in some]
-    if not found:
+        by_motion[motion] = [
+            replace(operation, channel=operation.channel or "".join(channels)) for operation in some
+        ]
+    if not by_motion:
         raise lacking[0]
-    return found
+    return by_motion
 
 
 def _in_files(
@@ -140,14 +145,17 @@ def _channels(file: Opened, form: Mapping, choice: Choice) -> dict[str, str]:
 
     moving = {}
     with suppress(ValueError):  # read as configured, or rejected with the reason
-        found = travel_channels(file, form["travel_column"])
-        moving = {column: name for column, (name, _) in found.items()}
-    names = {each: moving.get(each, each) for each in choice.channels or moving or [""]}
+        channels_found = travel_channels(file, form["travel_column"])
+        moving = {column: name for column, (name, _) in channels_found.items()}
+    names = {item: moving.get(item, item) for item in choice.channels or moving or [""]}
     return {key: "" if len(names) == 1 and name == key else name for key, name in names.items()}
 
 
 def stated_types(operations: Operations, form: Mapping, files: Files) -> list[str]:
     """Return the types of breaker that rows of a table, or else files, state, each once."""
-    every = (each for some in operations.values() for each in some)
-    named = (each.type or stated_in(files[each.file], form, each.channel).type for each in every)
+    every = (operation for some in operations.values() for operation in some)
+    named = (
+        operation.type or stated_in(files[operation.file], form, operation.channel).type
+        for operation in every
+    )
     return [*usual_spelling(filter(None, named)).values()]

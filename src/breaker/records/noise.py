@@ -167,7 +167,7 @@ def ripple_of(way: np.ndarray, stroke: float) -> float:
     way, share = way[begin:end][there], there / (end - begin)
     # From a quarter of that part to four samples.
     cycles = np.geomspace(4.0, max(0.25 * way.size, 4.0), 60)
-    found = []
+    ripple = []
     for degree in _DEGREES:
         smooth, _ = np.linalg.qr(np.polynomial.chebyshev.chebvander(2.0 * share - 1.0, degree))
         curve = smooth @ (smooth.T @ way)
@@ -180,8 +180,8 @@ def ripple_of(way: np.ndarray, stroke: float) -> float:
         amplitude = float(fits[best] / power[best])
         if fits[best] * amplitude < _SHARE * (left @ left) or amplitude < MATTERS:
             return 0.0
-        found.append((best, amplitude))
-    (first, amplitude), (second, _) = found
+        ripple.append((best, amplitude))
+    (first, amplitude), (second, _) = ripple
     return amplitude * stroke / np.sqrt(2.0) if abs(first - second) <= 2 else 0.0
 
 

@@ -97,17 +97,17 @@ def read_manifest(
     kinds = READ | {"": nameless, "date": _Cell("", read=partial(cell_date, order=order))}
     if events is not None:
         kinds["event"] = _Cell("", read=partial(_event, events))
-    found: list[_Row] = []
+    manifest: list[_Row] = []
     wrong = []
     for line, cells in rows:
         try:
-            found.append((line, *_operation(file.parent, cells, kinds)))
+            manifest.append((line, *_operation(file.parent, cells, kinds)))
         except ValueError as error:
             wrong.append(f"line {line}, column {error}")
-    if wrong := wrong or _contradictions(found):
+    if wrong := wrong or _contradictions(manifest):
         more = [f"and {len(wrong) - SHOWN} more"] if len(wrong) > SHOWN else []
         raise ValueError("\n  ".join([f"{printable(file)} is wrong:", *wrong[:SHOWN], *more]))
-    return [(motion, each) for _, motion, each in found]
+    return [(motion, operation) for _, motion, operation in manifest]
 
 
 def _rows(file: Path) -> list[tuple[int, dict[str, str]]]:
@@ -124,24 +124,24 @@ def _rows(file: Path) -> list[tuple[int, dict[str, str]]]:
     delimiter = max(",;\t", key=re.compile("[^\r\n]*").match(text, start)[0].count)
     below = StringIO(text[start:], newline="")
     reader = csv.DictReader(below, delimiter=delimiter, restkey="", strict=True)
-    found, names = [], []
+    rows_read, names = [], []
     try:
         names = reader.fieldnames = [name.strip().lower() for name in reader.fieldnames or ()]
         for row in reader:
             row[""] = "".join(row.get("") or "")
             cells = {name: as_meant((cell or "").strip()) for name, cell in row.items()}
             if any(cells.values()):
-                found.append((line + reader.line_num, cells))
+                rows_read.append((line + reader.line_num, cells))
     except csv.Error as error:
         reason = f"is not a table: {error}; are quotation marks closed?"
         raise RejectedCurveError(file, reason, line=line + reader.line_num + 1) from error
     odd = [name for name in names if name and (name not in READ or names.count(name) > 1)]
-    if odd or not found or not {*_REQUIRED} <= {*names}:
+    if odd or not rows_read or not {*_REQUIRED} <= {*names}:
         what = f"cannot have {', '.join(map(repr, odd))}" if odd else "is not complete"
         every = f"{', '.join(_REQUIRED)} and any of {', '.join(READ)}, each once"
         reason = f"{what}: name the columns {every}, with a row for each operation below"
         raise RejectedCurveError(file, reason, line=line + 1)
-    return found
+    return rows_read
 
 
 def _operation(
@@ -167,16 +167,16 @@ def _contradictions(rows: Collection[_Row]) -> list[str]:
     """Return where rows are of one operation, or dates fall while numbers rise."""
     last: dict[tuple, tuple[int, int, str]] = {}
     wrong = []
-    for line, motion, each in sorted(rows, key=lambda row: row[2].number):
-        of, name = (each.breaker, each.phase, motion), f"{motion} {each.number}"
+    for line, motion, operation in sorted(rows, key=lambda row: row[2].number):
+        of, name = (operation.breaker, operation.phase, motion), f"{motion} {operation.number}"
         above, number, date = last.get(of, (0, -1, ""))
-        if number == each.number:
+        if number == operation.number:
             what = f"{name} is in line {above} already; give it its own number, breaker or phase"
             wrong.append(f"line {line}, column operation: {what}")
-        elif earlier(date, each.date):
-            what = f"{each.date} of {name} is earlier than {date} of {motion} {number}"
+        elif earlier(date, operation.date):
+            what = f"{operation.date} of {name} is earlier than {date} of {motion} {number}"
             wrong.append(f"line {line}, column date: {what}; correct the number or the date")
-        last[of] = line, each.number, each.date or date
+        last[of] = line, operation.number, operation.date or date
     return wrong
 
 

@@ -99,13 +99,15 @@ def settling(time: np.ndarray, travel: np.ndarray, modes: int) -> Settling | Non
     """
     every = max(1, time.size // _BLOCKS)
     skipped = time.size % every
-    time, y = (each[skipped:].reshape(-1, every).mean(axis=1) for each in (time, travel))
+    time, y = (item[skipped:].reshape(-1, every).mean(axis=1) for item in (time, travel))
     if y.size < 2:
         return None
     x = (time - time[0]) / (time[-1] - time[0])
     once = _integral(x, y)
     integrals = [once, _integral(x, once)][:modes]
-    known = np.column_stack([x**i for i in range(modes + 1)] + [-each for each in integrals])
+    known = np.column_stack(
+        [x**i for i in range(modes + 1)] + [-integral for integral in integrals]
+    )
     rates = np.linalg.lstsq(known, y, rcond=None)[0][modes + 1 :]  # r, and s
     linear = None
     for _ in range(_ROUNDS):
@@ -114,7 +116,7 @@ def settling(time: np.ndarray, travel: np.ndarray, modes: int) -> Settling | Non
         basis, slopes = _solutions(x, rates)
         if linear is None:
             linear = np.linalg.lstsq(basis, y, rcond=None)[0]
-        jacobian = np.column_stack([basis, *(each @ linear[1:] for each in slopes)])
+        jacobian = np.column_stack([basis, *(slope @ linear[1:] for slope in slopes)])
         scale = np.linalg.norm(jacobian, axis=0)
         if not (scale > 0).all():
             return None
@@ -130,7 +132,7 @@ def settling(time: np.ndarray, travel: np.ndarray, modes: int) -> Settling | Non
 
 
 def hidden_mode(
-    found: Settling, modes: np.ndarray, *, variance: float, size: float, share: float
+    fit: Settling, modes: np.ndarray, *, variance: float, size: float, share: float
 ) -> float:
     """Return the error of a fit's rest from a mode that it lacks, mm: what noise may hide.
 
@@ -138,21 +140,21 @@ def hidden_mode(
     an amplitude and its error. The root mean square of what these do to the rest is returned.
 
     Args:
-        found: The fit.
+        fit: The fit.
         modes: One of them may be there, ``(c, m)``; they end at 0.
         variance: Of the noise of each mean, mm^2.
         size: Sd of the amplitude of a mode, before it is seen, mm.
         share: Probability that there is one, before it is seen.
     """
-    basis, y = np.linalg.qr(found.known)[0], found.travel
+    basis, y = np.linalg.qr(fit.known)[0], fit.travel
     left, others = y - basis @ (basis.T @ y), modes - (modes @ basis) @ basis.T
     precision = (others**2).sum(axis=1) / variance + size**-2.0
     sizes = others @ left / variance / precision
     evidence = 0.5 * (sizes**2 * precision - np.log(size**2 * precision))
     evidence = np.append(evidence + np.log(share / len(modes)), np.log1p(-share))
-    each = np.exp(evidence - evidence.max())
-    moves = (modes @ found.pull) ** 2 * (sizes**2 + 1.0 / precision)
-    return float(np.sqrt(each[:-1] @ moves / each.sum()))
+    weights = np.exp(evidence - evidence.max())
+    moves = (modes @ fit.pull) ** 2 * (sizes**2 + 1.0 / precision)
+    return float(np.sqrt(weights[:-1] @ moves / weights.sum()))
 
 
 def _integral(x: np.ndarray, y: np.ndarray) -> np.ndarray:

@@ -44,12 +44,12 @@ class Proposal:
     settings: dict  # keys of ``endurance.format`` that differ from their default
     motions: Sequence[description.InspectedMotion]
     remarks: Sequence[str]
-    found: description.Findings
+    findings: description.Findings
 
     @property
     def lacking(self) -> Mapping[str, str]:
         """Keys of ``endurance.format`` that have to be filled in, and their meaning."""
-        return self.found.lacking
+        return self.findings.lacking
 
     @property
     def is_read(self) -> bool:
@@ -67,26 +67,26 @@ def inspect_file(
         ValueError: If no column of the file moves as a drive does, or the file cannot be read.
     """
     files = Files() if files is None else files
-    found = description.look_at(files[file], channel)
-    travels, remarks = found.travels, found.remarks
+    findings = description.look_at(files[file], channel)
+    travels, remarks = findings.travels, findings.remarks
     usual = _USUAL / float(np.median(travels[0].strokes))
-    instead = {"rate": found.clock.likely_rate, "ratio": usual, "time_unit": "ms"}
-    instead = {key: value for key, value in instead.items() if key in found.lacking}
-    scale = Scale.from_settings(FORMAT | found.settings | instead)
-    found.find_rest(abs(scale.factor))
-    read_by = FORMAT | found.settings | instead, sensor, files
-    motions = [_as_read(each, *read_by) for each in found.motions()]
+    instead = {"rate": findings.clock.likely_rate, "ratio": usual, "time_unit": "ms"}
+    instead = {key: value for key, value in instead.items() if key in findings.lacking}
+    scale = Scale.from_settings(FORMAT | findings.settings | instead)
+    findings.find_rest(abs(scale.factor))
+    read_by = FORMAT | findings.settings | instead, sensor, files
+    motions = [_as_read(entry, *read_by) for entry in findings.motions()]
     first, *others = (motion.paired.items() for motion in motions)
-    found.settings |= dict(item for item in first if all(item in of for of in others))
+    findings.settings |= dict(item for item in first if all(item in of for of in others))
     read = [motion.column for motion in motions if motion.record] or [motions[0].column]
-    found.settings["travel_column"] = mode(read)  # of which most motions are read
-    if "ratio" in found.lacking:
-        found.settings["stroke"] = FORMAT["stroke"]
-    remarks += [doubt for doubts in found.doubts.values() for doubt in doubts]
+    findings.settings["travel_column"] = mode(read)  # of which most motions are read
+    if "ratio" in findings.lacking:
+        findings.settings["stroke"] = FORMAT["stroke"]
+    remarks += [doubt for doubts in findings.doubts.values() for doubt in doubts]
     if len({(travel.unit, bool(travel.rises[0])) for travel in travels}) > 1:
         remarks.append("columns of travel differ in unit or direction: choose one by --channel")
-    settings = {key: value for key, value in found.settings.items() if value != FORMAT[key]}
-    return Proposal(found.sheet, found.clock, travels, settings, motions, remarks, found)
+    settings = {key: value for key, value in findings.settings.items() if value != FORMAT[key]}
+    return Proposal(findings.sheet, findings.clock, travels, settings, motions, remarks, findings)
 
 
 def _as_read(
@@ -133,7 +133,9 @@ def words_of(proposal: Proposal) -> Document:
         remarks.append(f"{where}{f' and {len(others)} more' if others else ''}: {text}")
     parts = [Section(str(sheet.file), [f"  {sheet.kind}; {size}; {at}, {rate}"])]
     parts += [table for table in tables if table.rows]
-    parts += [Section("To look at:", [Remark(each, ITEM) for each in remarks])] if remarks else []
+    parts += (
+        [Section("To look at:", [Remark(remark, ITEM) for remark in remarks])] if remarks else []
+    )
     if lacking := " and ".join(proposal.lacking):
         parts.append(Section(f"Fill in {lacking}. Above, a number stands in for what is lacking."))
     return Document(parts=parts)

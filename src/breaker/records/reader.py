@@ -112,18 +112,18 @@ class Reader:
         self, operations: Sequence[Operation], *motions: str
     ) -> list[list[Record | RejectedCurveError]]:
         """Read several operations: for each motion a list of records, or why one cannot be used."""
-        found: list[list[Record | RejectedCurveError]] = [[] for _ in motions]
+        results: list[list[Record | RejectedCurveError]] = [[] for _ in motions]
         if len(operations) >= _MANY:
             from tqdm import tqdm  # here, since the import takes longer than one record
 
             operations = tqdm(operations, desc=f"read {' and '.join(motions)}", mininterval=5)
         for operation in operations:
-            for motion, records in zip(motions, found, strict=True):
+            for motion, records in zip(motions, results, strict=True):
                 try:
                     records.append(self.read(operation, motion))
                 except RejectedCurveError as error:
                     records.append(error)
-        return found
+        return results
 
     def _samples_of(self, operation: Operation) -> _Samples:
         """Return the samples of a record; those of the last one are kept for another motion."""

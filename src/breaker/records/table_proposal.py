@@ -184,12 +184,12 @@ def _rows(file: _File, channels: Sequence[str]) -> list[_Row]:
     unsure = {} if sure else {"sign": FILL_IN} if line else {"motion": FILL_IN, "sign": FILL_IN}
     if cells.get("rate") == FILL_IN and len(parts) > len(phases):
         unsure |= {"from": FILL_IN, "to": FILL_IN}
-    found = []
+    listed_rows = []
     for part in parts:
         own = {"motion": part.motion, "channel": part.channel, "phase": phases[part.channel]}
         own |= {"from": _cell(part.begin), "to": _cell(part.end), **part.paired}
-        found.append({**cells, **own, **unsure})
-    return found
+        listed_rows.append({**cells, **own, **unsure})
+    return listed_rows
 
 
 def _cell(value: object) -> str:
@@ -223,7 +223,7 @@ def _number(rows: Sequence[_Row]) -> bool:
         day = row["date"][:10] if dated else ""
         counts[day, row["motion"], row["phase"]] += 1
         row["operation"] = day, counts[day, row["motion"], row["phase"]]
-    ranks = {each: n for n, each in enumerate(sorted({row["operation"] for row in rows}), start=1)}
+    ranks = {item: n for n, item in enumerate(sorted({row["operation"] for row in rows}), start=1)}
     for row in rows:
         row["operation"] = ranks[row["operation"]]
     return False

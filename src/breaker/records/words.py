@@ -27,7 +27,7 @@ def _joined(value: Any) -> Any:
     if not isinstance(value, dict):
         return value
     joined = {k: "|".join(v) if isinstance(v, list) else v for k, v in value.items()}
-    return {key: _joined(each) for key, each in joined.items()}
+    return {key: _joined(word) for key, word in joined.items()}
 
 
 _LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)  # a tenth of the time
@@ -98,7 +98,7 @@ def named_in(rows: Iterable[Sequence[str]], column: str | int) -> bool:
     return any(places_of(row, column) for row in rows)
 
 
-_KNOWN = {each: unit for unit, spelt in WORDS["units"].items() for each in spelt.split()}
+_KNOWN = {spelling: unit for unit, spelt in WORDS["units"].items() for spelling in spelt.split()}
 _KNOWN |= {other: other for other in WORDS["other_units"].split()}
 _FOLDED = {spelling.casefold(): unit for spelling, unit in _KNOWN.items()}
 _BEHIND = re.compile(
@@ -116,18 +116,18 @@ def unit_of(text: str) -> str | None:
 
 def split_unit(name: str) -> tuple[str, str | None]:
     """Return the name of a column without its unit, and the unit; None where it has none."""
-    found = _BEHIND.fullmatch(name) if len(name) <= _LONGEST else None
-    if not found:
+    match = _BEHIND.fullmatch(name) if len(name) <= _LONGEST else None
+    if not match:
         return name, None
-    behind = next(filter(None, found.groups()[1:]), "")
+    behind = next(filter(None, match.groups()[1:]), "")
     unit = unit_of(behind)
-    if found["bare"] and behind not in WORDS["no_units"]:  # `Coil s` and `Travel min` have none
-        timely = holds(found[1], "time") or holds(found[1], "travel")
+    if match["bare"] and behind not in WORDS["no_units"]:  # `Coil s` and `Travel min` have none
+        timely = holds(match[1], "time") or holds(match[1], "travel")
         unit = unit if timely and unit in WORDS["units"] else None
     elif behind.strip() in WORDS["no_units"]:
-        inches = "in" in found.groups()[1:3] and holds(found[1], "travel")
-        unit = unit if inches or found[5] else None  # `CH1 in V`
-    return (found[1] or name, unit) if unit else (name, None)
+        inches = "in" in match.groups()[1:3] and holds(match[1], "travel")
+        unit = unit if inches or match[5] else None  # `CH1 in V`
+    return (match[1] or name, unit) if unit else (name, None)
 
 
 def amperes_of(name: str, unit: str = "") -> float:
@@ -139,10 +139,10 @@ def amperes_of(name: str, unit: str = "") -> float:
     """
     if unit.strip():
         return WORDS["amperes"].get(unit_of(unit), float("nan"))
-    found = _AMPERES.search(name[-_LONGEST:].rstrip())
-    if not found or (found[2] == "A" and found[1] != "[" and not holds(name, "current")):
+    match = _AMPERES.search(name[-_LONGEST:].rstrip())
+    if not match or (match[2] == "A" and match[1] != "[" and not holds(name, "current")):
         return float("nan")
-    return WORDS["amperes"]["mA" if found[2] == "mA" else "A"]
+    return WORDS["amperes"]["mA" if match[2] == "mA" else "A"]
 
 
 def microohms_of(name: str, unit: str = "") -> float:
@@ -158,7 +158,7 @@ def microohms_of(name: str, unit: str = "") -> float:
 _ALONE = r"(?<![^\W\d_])(?:{})(?![^\W\d_])"  # Chinese has no blanks
 motions_in = by_words(
     {
-        motion: {k: each if k == "zh" else _ALONE.format(each) for k, each in by.items()}
+        motion: {k: forms if k == "zh" else _ALONE.format(forms) for k, forms in by.items()}
         for motion, by in WORDS["motion_words"].items()
     }
 )
@@ -209,11 +209,11 @@ _PHASE = re.compile(
 
 def channel_of(text: str) -> int:
     """Return the number of the channel that a text names, 0 where it names none."""
-    found = CHANNEL.search(text)
-    return int(found[1]) if found else 0
+    match = CHANNEL.search(text)
+    return int(match[1]) if match else 0
 
 
 def phase_in(text: str) -> str:
     """Return the phase that a text names, empty where it names none."""
-    found = _PHASE.search(split_unit(text.strip())[0])
-    return next(filter(None, found.groups()), "").strip() if found else ""
+    match = _PHASE.search(split_unit(text.strip())[0])
+    return next(filter(None, match.groups()), "").strip() if match else ""

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
-from breaker.common.computing import set_threads
+from breaker.common.compiling import set_threads
 
 
 def checkpoint_of(output: str | Path, ending: str) -> Path:

@@ -12,7 +12,7 @@ import struct
 from collections.abc import Mapping, Sequence
 from math import prod
 
-from breaker.common.computing import np
+from breaker.common.compiling import np
 from breaker.records.files import Opened, RejectedCurveError, check_bytes, check_size
 from breaker.records.sheet import Sheet
 
@@ -43,7 +43,7 @@ def read(opened: Opened, form: Mapping) -> list[Sheet]:
     sheets = []
     for (along, size), those in sorted(by_dimension.items(), key=lambda item: -item[0][1]):
         check_size(opened.file, size, len(those))
-        names, columns = list(those), [_readings(*each) for each in those.values()]
+        names, columns = list(those), [_readings(*reading) for reading in those.values()]
         # A date that times are counted from is not a part of their unit.
         units = [_text(about.get("units", "")).split(" since ")[0] for about, _ in those.values()]
         timed = along in names and form.get("time_column", "") is not None
@@ -75,9 +75,9 @@ def _in_version_3(opened: Opened) -> tuple[Mapping, dict[str, _Variable]]:
     with netcdf_file(io.BytesIO(opened.content), mmap=False) as file:
         file._attributes.pop("variables", None)
         return file._attributes, {
-            name: (each.dimensions, each._attributes, each.data)
-            for name, each in file.variables.items()
-            if each.data.dtype.kind in "iuf"
+            name: (variable.dimensions, variable._attributes, variable.data)
+            for name, variable in file.variables.items()
+            if variable.data.dtype.kind in "iuf"
         }
 
 

@@ -87,7 +87,7 @@ LINES = Format(f"{_HERE}.lines", {})  # texts with a record on each line
 FORMATS = (TEXT, EXCEL, COMTRADE, NETCDF, LINES, *added_formats())
 """All formats; a file of no known ending or signature is taken for one of the first, a text."""
 
-ENDINGS = tuple(ending for each in FORMATS for ending in each.endings)
+ENDINGS = tuple(ending for form in FORMATS for ending in form.endings)
 """Endings of the files of records. A ``.cfg`` has a ``.dat`` next to it."""
 
 
@@ -183,18 +183,18 @@ def format_of(opened: Opened) -> Format:
 
 def _format_of(opened: Opened) -> Format:
     file, ending = opened.file, _ending(opened.file)
-    named = next((each for each in FORMATS if ending in each.endings), TEXT)
+    named = next((form for form in FORMATS if ending in form.endings), TEXT)
     if ending in _OLD:
         raise RejectedCurveError(file, "is of a kind that cannot be read; save it as .xlsx")
     if ending == ".dat":
         return COMTRADE  # which names the part that is lacking
-    for each in FORMATS:
-        if opened.content.startswith(each.signatures):
-            return each
+    for form in FORMATS:
+        if opened.content.startswith(form.signatures):
+            return form
     if named is TEXT and text.long_lines(opened.content):
         lines = import_module(LINES.module)
         return LINES if lines.form_of(opened) else TEXT
-    if named.signatures and not any(each in opened.content for each in named.signatures):
+    if named.signatures and not any(signature in opened.content for signature in named.signatures):
         reason = f"ends as {named.endings[ending]}, but does not begin as one"
         raise RejectedCurveError(file, f"{reason}; is it whole? Export it again")
     return named
@@ -223,4 +223,4 @@ def _sheets(opened: Opened, form: Mapping) -> Sequence[Sheet]:
             extra = f"{DISTRIBUTION}[{format_.extra}]"
             reason = f'which needs {error.name}: pip install "{extra}"'
         raise RejectedCurveError(file, f"is {kind}, {reason}") from error
-    return [replace(each, kind=kind or each.kind) for each in sheets]
+    return [replace(sheet, kind=kind or sheet.kind) for sheet in sheets]

@@ -14,7 +14,7 @@ from itertools import accumulate, islice
 from pathlib import Path
 from typing import NamedTuple
 
-from breaker.common.computing import np
+from breaker.common.compiling import np
 from breaker.records import words
 from breaker.records.cells import (
     LARGEST_NUMBER,
@@ -225,7 +225,7 @@ class _Top:
         """Whether the cells of a line name columns, and some of them span cells of the next one."""
         if not 0 <= k < len(self.lines) - 1 or not self.row(k)[0]:
             return False
-        over, under = ([*filter(None, self.row(each))] for each in (k, k + 1))
+        over, under = ([*filter(None, self.row(place))] for place in (k, k + 1))
         if not 2 <= len({*over}) < len(under) or _are_units(under):
             return False
         named = all(any(words.holds(top, kind) for kind in words.WORDS["columns"]) for top in over)
@@ -242,7 +242,7 @@ def _by_names(file: str | Path, top: _Top, wanted: Mapping[str, str | int]) -> _
             break
         at = {kind: words.places_of(top.names(k), column) for kind, column in wanted.items()}
         if all(at.values()):
-            named, places = k, [each[0] for kind, each in at.items() if kind not in words.BESIDE]
+            named, places = k, [place[0] for kind, place in at.items() if kind not in words.BESIDE]
     if named is None:
         reason = f"no line has {' and '.join(map(words.label_of, wanted.values()))}"
         remedy = "see endurance.format, also encoding and delimiter, or breaker inspect FILE"
@@ -324,7 +324,7 @@ class _Body(NamedTuple):
                     wrong[place] = int(numbers[odd[0]]), f"is {cell!r}, {NOT_A_NUMBER}"
             lines.append(numbers)
             begin, line = end + 1, line + text.count("\n", begin, end) + 1
-        return [np.concatenate(each) for each in parts.values()], np.concatenate(lines), wrong
+        return [np.concatenate(part) for part in parts.values()], np.concatenate(lines), wrong
 
     def _cells(
         self, part: str, line: int, wrong: dict[int, tuple[int, str]]
@@ -335,7 +335,7 @@ class _Body(NamedTuple):
         if columns is not None and not _BLANK_LINE.search(f"\n{part}\n"):
             return np.arange(line, line + len(every)), columns
         kept, padded = [], []
-        for number, row in enumerate((cells_of(each, self.delimiter) for each in every), line):
+        for number, row in enumerate((cells_of(cells, self.delimiter) for cells in every), line):
             if not any(row) or is_remark(row) or len(row) <= self.least:
                 continue
             # More cells are those of decimal commas where commas separate; where blanks separate,

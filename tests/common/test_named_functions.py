@@ -4,7 +4,7 @@ import sys
 
 import pytest
 
-from breaker.common.functions import file_of, load
+from breaker.common.named_functions import file_of, load
 
 
 @pytest.fixture
@@ -23,8 +23,8 @@ def folder(tmp_path, monkeypatch):
 def test_a_function_of_the_working_directory_or_an_installed_module_is_found(folder):
     assert load("own_function:seven")() == load("models.below:seven")() == 7
     assert str(file_of("models.below:seven")) == "models/below.py"
-    assert load("breaker.common.functions:load") is load
-    assert file_of("breaker.common.functions:load").name == "functions.py"
+    assert load("breaker.common.named_functions:load") is load
+    assert file_of("breaker.common.named_functions:load").name == "named_functions.py"
 
 
 def test_the_file_is_found_without_running_it(folder):

@@ -10,7 +10,7 @@ from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from contextlib import suppress
 from typing import Any
 
-from breaker.common.functions import load
+from breaker.common.named_functions import load
 from breaker.configuration.definitions import ADVICE, advice_of, family_of, types_of
 from breaker.configuration.loading import UNLIKE, of_motion
 from breaker.configuration.settings import defaults
