@@ -114,6 +114,29 @@ def test_what_a_record_does_not_show_has_a_reason(measured):
             assert np.isfinite(values[name][:2]).all()
 
 
+@pytest.mark.parametrize(
+    ("start", "end", "shown"),
+    [
+        ("9 ms before touch", "touch", True),
+        ("14 ms before touch", "touch", False),
+        ("touch", "4 ms after touch", True),
+        ("touch", "40 ms after touch", False),
+        ("0 % of stroke", "100 % of stroke", True),
+        ("10 % of stroke", "40 ms after 50 % of stroke", False),
+    ],
+)
+def test_a_zone_that_contains_a_rest_has_no_speed(prior, start, end, shown):
+    """The drive moves from 8.0 ms on, and touches at 18 ms."""
+    time = np.arange(0.0, 90.0, 0.1)
+    curve = travel(prior.medians[None], time, "closing", onset=8.0).travel[0]
+    read = curve + 0.02 * np.random.default_rng(2).standard_normal(time.size)
+    speeds = speeds_of({"closing_speed": [start, end]})
+    about = {"contact": TIMING, "speeds": speeds}
+    speed = measure_curve(time, read, "closing", **about)["closing_speed"]
+    assert np.isfinite(speed.value) == shown
+    assert getattr(speed.reason, "code", "") == ("" if shown else "zone-at-rest")
+
+
 # ---- records as breakers give them -------------------------------------------------------------
 
 

@@ -27,7 +27,7 @@ from breaker.records.currents import Currents
 from breaker.records.first_motion import StartInterval, first_motion, start_interval
 from breaker.records.motion import LocatedMotion, find_segment
 from breaker.records.propagation import FEW, Trace, Uncertain, error_of
-from breaker.records.rejections import NotShownError, UnusableError
+from breaker.records.rejections import NotShownError, Remark, UnusableError
 
 _SEEN = 3.0  # sd, from which on a drift, a swing or a distance beyond a rest is not noise
 _VAGUE = 0.4  # durations, uncertainty of the first motion that hides a change of a latch
@@ -175,7 +175,7 @@ class Reading:
         try:
             result = way()
         except NotShownError as error:
-            return Measured(np.nan, np.nan, str(error))
+            return Measured(np.nan, np.nan, error.args[0])
         return Measured(result.value, self.trace.sd(result), "")
 
     # ---- rests -------------------------------------------------------------------------------
@@ -340,7 +340,19 @@ class Reading:
         (begin, low), (end, high) = self.place(speed.start), self.place(speed.end)
         if not end.value > begin.value:
             raise NotShownError(f"{speed.points[1]} is not after {speed.points[0]}")
+        # A point by its travel lies within the motion, also where the rest is not certain.
+        timed = speed.end.later or speed.end.unit == "ms"
+        late = timed and end.value > self._done + self.trace.half
+        if late or begin.value < self.start.early:
+            raise NotShownError(Remark("zone-at-rest", zone=speed.words))
         return (high - low) / (end - begin)
+
+    @cached_property
+    def _done(self) -> float:
+        """When the travel first is at the rest after the motion, ms; infinite if it never is."""
+        sign = 1.0 if self.located.motion == "closing" else -1.0
+        done = self.trace.smooth >= sign * self.located.segment.after
+        return float(self.trace.time[int(done.argmax())]) if done.any() else math.inf
 
     def at_share(self, percent: float) -> Uncertain:
         """Return the time of a percent of the stroke, ms."""

@@ -49,6 +49,8 @@ TEXTS = {
     "ends-early": "the motion ends {early} ms before the grid, at {at} ms",
     "rate-moved": "one sample every {step} ms, moved by up to {moved} ms to times of the grid, of "
     "which {none} have no sample",
+    "zone-at-rest": "the zone {zone} begins before the first motion or ends after the drive has "
+    "arrived: name points within the motion",
     "onset-vague": "the first motion is certain to ±{sd} ms only, more than sensor.onset_sd, "
     "{assumed:g} ms: does the travel move before it, by hum or a drift?",
 }
