@@ -182,6 +182,15 @@ limits: [{name: a, motion: closed, uper: {f: 1}}]
 limits: [{name: a, motion: closing}, {name: a, motion: opening, lower: {f: 1}}]
     limits[0]
     limits has 'a'
+limits: [{name: a, motion: closing, max: {f: 1}, lower: {closing_speed: 1,3, stroke: '1,3'}}]
+    Did you mean limits[0].upper?
+    1.3.
+    stroke is "1,3"
+limits: [{name: a, motion: closing, lower: {closing_speed: 1.3 m/s}, tolerance: 3 mm}]
+    limits[0].lower.closing_speed is "1.3 m/s", but must be a number in m/s. Or it must be a perc
+    limits[0].tolerance is "3 mm"
+limits: [{name: a, motion: closing, of: record, lower: {closing velocity: 1}}]
+    closing_speed
 limits: [{name: a, motion: closing, lower: {f: 1}}]
 motions: [opening]
     limits has no limit of opening
@@ -232,6 +241,7 @@ def test_message_names_file_line_key_value_and_remedy(complaint, overlay, expect
     message = complaint(overlay)
     for fragment in [*map(str.strip, expected.splitlines()), "overlay_0.yaml, line 1: "]:
         assert fragment in message
+    assert "pattern" not in message
 
 
 def test_all_problems_are_listed_each_with_its_file_and_line(complaint):

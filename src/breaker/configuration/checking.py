@@ -16,6 +16,7 @@ import yaml
 from pydantic import ValidationError
 
 from breaker.configuration.settings import Limit, Section, TypeEntry, TypesFile, defaults
+from breaker.model.quantities import QUANTITIES
 
 Key = tuple[str | int, ...]  # of a value: names of sections and numbers of entries, outermost first
 
@@ -31,6 +32,9 @@ _WORDS = {
     "less than or equal to": "at most",
 }
 _NAMELESS = "is not a known key: YAML reads a number or a date, not a text. Quote it."
+_COMMA = "is not a known key: a comma separates entries. Write a decimal point, such as 1.3."
+_MEANT = {"min": "lower", "max": "upper"}
+_SIDES = (("lower",), ("upper",))
 
 
 def problems(section: type[Section], content: Any) -> dict[Key, str]:
@@ -75,18 +79,22 @@ def _problem(error: Mapping, content: Any, section: type) -> tuple[Key, str]:
     words = error["msg"].partition("should")[2].partition(" or instance of")[0]
     for technical, plain in _WORDS.items():
         words = words.replace(technical, plain)
-    if kind == "string_pattern_mismatch" and r"[\w.]*:" in words:
-        words = " be module:function" + (" or time_series" if "time_series" in words else "")
+    reason = str(about.get("error", ""))
+    if reason.startswith("must"):
+        words, kind = reason.removeprefix("must"), "form"
+    unit = QUANTITIES[key[-1]].unit if key[-2:-1] in _SIDES and key[-1] in QUANTITIES else "1"
+    words = words if unit == "1" else words.replace("number", f"number in {unit}")
     if kind == "extra_forbidden":
         return place, _unknown(place, section)
     if kind == "invalid_key" or place[-1:] == ("[key]",):
-        nameless = kind in ("invalid_key", "string_type")
-        return place, _NAMELESS if nameless else f"is not a known key; it must{words}."
+        if kind in ("invalid_key", "string_type"):
+            return place, _COMMA if value is None else _NAMELESS
+        return place, f"is not a known key; it must{words}."
     shown = json.dumps(value, ensure_ascii=False, default=str, skipkeys=True)
     shown = "empty" if value is None else shown
     shown = f"{shown[:57]}..." if len(shown) > 60 else shown
     if kind == "value_error":
-        return key, f"is {shown}, but {about['error']}."
+        return key, f"is {shown}, but {reason}."
     return key, f"is {shown}, but must{words}.{_hint(value, kind)}"
 
 
@@ -100,7 +108,8 @@ def _unknown(key: Key, section: type) -> str:
         known = [(*key[:-1], name) for name in entry.model_fields]
     inside = {path[: len(key)] for path in known if path[: len(key) - 1] == key[:-1]}
     siblings = [path[-1] for path in sorted(inside)]
-    close = [(*key[:-1], name) for name in difflib.get_close_matches(key[-1], siblings, n=1)]
+    name = _MEANT.get(key[-1], key[-1])
+    close = [(*key[:-1], name) for name in difflib.get_close_matches(name, siblings, n=1)]
     if meant := close or [path for path in known if path[-1] == key[-1]]:
         return f"is not a known key. Did you mean {' or '.join(map(dotted, meant))}?"
     return f"is not a known key. Known here: {', '.join(siblings)}."
@@ -110,9 +119,9 @@ def _hint(value: Any, kind: str) -> str:
     """Return the remedy where YAML reads a text as a number or a date, or a number as a text."""
     if kind == "string_type" and type(value) in (int, float, date):
         return f' Quote it: "{value}".'
-    a_number = isinstance(value, str) and _NUMBER.fullmatch(value)
-    if kind not in ("int_type", "float_type") or not a_number:
+    text = value.replace(",", ".") if isinstance(value, str) else ""
+    if kind not in ("int_type", "float_type") or not _NUMBER.fullmatch(text):
         return ""
-    number = float(value)
+    number = float(text)
     number = int(number) if kind == "int_type" and number.is_integer() else number
     return f" YAML reads {value} as a text; write {yaml.safe_dump(number).split()[0]}."

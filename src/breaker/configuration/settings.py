@@ -4,6 +4,7 @@
 this tree, and ``checking`` compares a configuration with them.
 """
 
+import re
 from collections.abc import Callable
 from copy import deepcopy
 from typing import Annotated, Any, Literal, get_args
@@ -43,6 +44,17 @@ def _text(most: int = 1000, **more: Any) -> Any:
     return Annotated[str, Field(min_length=1, max_length=most, **more)]
 
 
+def _form(most: int, pattern: str, words: str) -> Any:
+    """Return a text of a form that messages call by words, not by its regular expression."""
+
+    def check(value: str) -> str:
+        if not re.fullmatch(pattern, value):
+            raise ValueError(f"must be {words}")
+        return value
+
+    return Annotated[_text(most, json_schema_extra={"pattern": pattern}), AfterValidator(check)]
+
+
 def _number(kind: type, low: float | None = None, high: float | None = None, **more: Any) -> Any:
     return Annotated[kind, Field(ge=low, le=high, **more)]
 
@@ -67,22 +79,23 @@ def _known(pair: list[float]) -> list[float]:
 
 
 Motion = Literal["closing", "opening"]
-Function = _text(200, pattern=r"^[A-Za-z_][\w.]*:[A-Za-z_]\w*$")
-Summary = _text(200, pattern=r"^(time_series|[A-Za-z_][\w.]*:[A-Za-z_]\w*)$")
+_FUNCTION = r"[A-Za-z_][\w.]*:[A-Za-z_]\w*"
+Function = _form(200, f"^{_FUNCTION}$", "module:function")
+Summary = _form(200, f"^(time_series|{_FUNCTION})$", "module:function or time_series")
 Column = _text(200) | _number(int, 1, 1000)
 Trigger = _text(200) | _number(int, 0, 1000)
 Amount = _number(float, -1e6, 1e6)
 Known = Annotated[_list(Amount, 2, 2), AfterValidator(_known)]
 Points = _list(_text(100), 2, 2)
-SpeedName = _text(100, pattern=r"^(closing|opening)_speed(_[a-z0-9_]+)?$")
+_SPEED = r"^(closing|opening)_speed(_[a-z0-9_]+)?$"
+SpeedName = _form(100, _SPEED, "closing_speed or opening_speed, or one of these with _ and a name")
 Speeds = Annotated[dict[SpeedName, Points | None], AfterValidator(speeds_of)]
-Bound = Amount | _text(14, pattern=r"^[+-]?[0-9]{1,4}(\.[0-9]{1,6})? ?%$")
-Quantity = _text(40, pattern=r"^[+-]?[0-9]+(\.[0-9]+)? \S+$")  # a number and its unit
-Tolerance = _number(float, high=1e6, gt=0) | _text(
-    20, pattern=r"^(±|\+/?-)? ?[0-9]{1,6}(\.[0-9]{1,6})? ?%?$"
-)
+Bound = Amount | _form(14, r"^[+-]?[0-9]{1,4}(\.[0-9]{1,6})? ?%$", "a percentage")
+Quantity = _form(40, r"^[+-]?[0-9]+(\.[0-9]+)? \S+$", "a number and its unit, such as 14.1 mm")
+_TOLERANCE = r"^(±|\+/?-)? ?[0-9]{1,6}(\.[0-9]{1,6})? ?%?$"
+Tolerance = _number(float, high=1e6, gt=0) | _form(20, _TOLERANCE, "a text such as 3 % or ±0.4")
 Text = _text()
-Colour = Annotated[str, Field(pattern="^#[0-9a-fA-F]{6}$")]
+Colour = _form(7, "^#[0-9a-fA-F]{6}$", "a colour such as '#8a4b12'")
 Words = Annotated[str, Field(max_length=400)]
 Unit = Literal["mm", "cm", "m", "um", "inch", "deg", "rad", "V", "counts", "%"]
 Stroke = _list(_number(float, high=1000, gt=0), 2, 2)
@@ -94,7 +107,8 @@ _ORDERED = (lambda ends: ends[0] <= ends[1], "the first must not exceed the seco
 Numbers = _where(_list(_number(int, 0, 10**9), 2, 2), *_ORDERED)
 Range = _where(_list(_number(float, -100, 100), 2, 2), *_ORDERED)
 Motions = _where(_list(Motion, 1, 2), lambda some: len({*some}) == len(some), "no motion twice")
-Interval = _text(40, pattern=r"^(every operation|([0-9]+\.)?[0-9]*[1-9][0-9]* (operation|year)s?)$")
+_INTERVAL = r"^(every operation|([0-9]+\.)?[0-9]*[1-9][0-9]* (operation|year)s?)$"
+Interval = _form(40, _INTERVAL, "every operation, or a text such as 100 operations or 1 year")
 Events = dict[str, _list(Literal[("all", "transducer", *NAMES)], 0, 9)]
 
 LogNormal = _section(
@@ -159,7 +173,7 @@ OfMotion = _section("What differs for one motion.", network=Network, training=Tr
 
 Limit = _section(
     "A limit: a name, `upper` or `lower`, usually a motion; or quantity, reference, tolerance.",
-    name=(str, Field("", pattern=r"^[^;\x00-\x1f\x7f-\x9f]+$", max_length=100)),
+    name=(_form(100, r"^[^;\x00-\x1f\x7f-\x9f]+$", "a text on one line without ;"), ""),
     motion=(Motion, "closing"),
     of=(Literal["model", "record", "change"], "model"),
     upper=(dict[str, Bound], {}),

@@ -11,6 +11,7 @@ from __future__ import annotations
 import re
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
+from difflib import get_close_matches
 
 from breaker.model.parameters import MOTIONS, NAMES, PARAMETERS, UNIT, Parameter, Size
 
@@ -383,10 +384,12 @@ def check_quantity(
     if of == "change":
         known, motion = list(NAMES), "any motion"
     elif motion not in MOTIONS:
-        return f"{motion!r} is not a motion. Write {' or '.join(MOTIONS)}."
+        return f"motion is {motion!r}. Write {' or '.join(MOTIONS)}."
     if name in known:
         return None
-    return f"{name} is not a quantity of {of} in {motion}. Take one of {', '.join(known)}."
+    spelt = name.replace(" ", "_").replace("velocity", "speed")
+    near = get_close_matches(spelt, known, cutoff=0.5) or known
+    return f"{name} is not a quantity of {of} in {motion}. Take one of {', '.join(near)}."
 
 
 # ---- known values ----------------------------------------------------------------------------
