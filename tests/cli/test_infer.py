@@ -150,6 +150,17 @@ def test_what_makes_no_sense_is_refused_before_anything_is_read(
     assert re.search(reason, failed(capsys, "a.csv", *words.split(), "--config", "own.yaml"))
 
 
+@pytest.mark.parametrize(
+    ("name", "helps"),
+    [("other.csv", True), ("gone.csv", False), ("few.yaml", False), ("a.dat", False)],
+)
+def test_inspect_is_named_for_files_that_settings_may_read(folder, capsys, name, helps):
+    for made in ("other.csv", "a.dat"):
+        (folder / made).write_text("a,b\n1,2\n3,4\n", encoding="utf-8")
+    assert call(name) == 1
+    assert ("breaker inspect" in capsys.readouterr().err) == helps
+
+
 @pytest.mark.parametrize("known", ["mu", "mu=2.0", "mu=2.0:-1", "L=-10:0.1", "L=10:1e-12"])
 def test_wrong_known_values_are_wrong_options(folder, known):
     with pytest.raises(SystemExit) as caught:

@@ -77,16 +77,17 @@ def run(options: argparse.Namespace) -> int:
     if apart := dict.fromkeys(e.pair or e.name for e in asked if e.of == "change"):
         words.append(words_for("limits-of-change", names=", ".join(apart)))
     content = {**diagnosis.result, "remarks": [*map(note_of, words)]}
-    rejected = [record["file"] for record in content["records"] if not record["accepted"]]
+    rejected = [record for record in content["records"] if not record["accepted"]]
     nothing = len(rejected) == len(content["records"])
     written = [] if nothing else _write(diagnosis, content, options)
     say(to_json(content) if options.json else text_of(document_of(content)))
     if rejected:
         said = "nothing was inferred" if nothing else f"rejected records: {len(rejected)}"
-        file = shlex.quote(rejected[0])
-        how = f"write the settings with `breaker inspect {file} --output my.yaml`, complete them, "
-        how += f"and run `breaker infer {file} --config my.yaml`"
-        say(f"breaker: {said}; {how}", on_stderr=True)
+        misread = [e["file"] for e in rejected if "endurance.format" in e["reason"].text]
+        for file in map(shlex.quote, misread[:1]):
+            said += f"; write the settings with `breaker inspect {file} --output my.yaml`, "
+            said += f"complete them, and run `breaker infer {file} --config my.yaml`"
+        say(f"breaker: {said}", on_stderr=True)
     say_written(written, options.json)
     return int(nothing)
 

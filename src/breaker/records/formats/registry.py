@@ -27,7 +27,11 @@ from breaker.records.sheet import Columns, Sheet, columns_of
 if TYPE_CHECKING:
     from breaker.records.formats.lines import RecordLine
 
-_OLD = (".xls", ".xlsb", ".ods")
+_REFUSED = {
+    **dict.fromkeys((".xls", ".xlsb", ".ods"), "is of a kind that is not read; save it as .xlsx"),
+    **dict.fromkeys((".yaml", ".yml"), "is a file of settings, not a record; name it by --config"),
+    **dict.fromkeys((".png", ".jpg", ".pdf"), "is a picture, not a record; export its numbers"),
+}
 
 
 class Format(NamedTuple):
@@ -184,8 +188,8 @@ def format_of(opened: Opened) -> Format:
 def _format_of(opened: Opened) -> Format:
     file, ending = opened.file, _ending(opened.file)
     named = next((form for form in FORMATS if ending in form.endings), TEXT)
-    if ending in _OLD:
-        raise RejectedCurveError(file, "is of a kind that cannot be read; save it as .xlsx")
+    if ending in _REFUSED:
+        raise RejectedCurveError(file, _REFUSED[ending])
     if ending == ".dat":
         return COMTRADE  # which names the part that is lacking
     for form in FORMATS:
