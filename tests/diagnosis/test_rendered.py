@@ -56,6 +56,24 @@ def test_measured_quantities_are_judged_as_measured(answers, infer, timed):
     assert other_unit["reason"].code == "limit-in-other-unit"
 
 
+def test_no_limit_is_judged_on_a_motion_of_no_drive(answers):
+    """The same record as if its travel were ten times as long: a unit of cm."""
+    record = answers[0].record
+    segment = replace(record.raw.segment, before=0.0, after=135.0)
+    long = replace(record.raw, whole=10.0 * record.raw.whole, segment=segment)
+    wrong = replace(answers[0], record=replace(record, raw=long))
+    limits = [limit("stroke", 200.0, "record"), limit("stroke", 5.0), limit("L", 5.0)]
+    for answer, verdicts, code in (
+        (answers[0], ["pass", "fail", "fail"], None),
+        (wrong, ["inconclusive"] * 3, "no-drive"),
+    ):
+        rows = judged(answer, limits, seed=1)
+        assert [row["verdict"] for row in rows] == verdicts
+        assert {row["reason"] and row["reason"].code for row in rows} == {code}
+        warnings = result_of([answer], [rows])["warnings"]
+        assert [warning.code for warning in warnings] == [code] * bool(code)
+
+
 def test_every_limit_has_a_verdict_whatever_is_known_of_its_quantity(answers, timed, infer):
     """Every quantity that a limit can be about, of each source, with and without a trigger."""
     entries = [

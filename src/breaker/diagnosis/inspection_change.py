@@ -242,7 +242,9 @@ def inspection_change(
 
     def find(limit: Limit, name: str) -> Known:
         if limit.of == "record":
-            return mean_of(shown[limit.motion], name)
+            mean = mean_of(shown[limit.motion], name)
+            no_drive = next(filter(None, (raw.no_drive for raw in pair.today[limit.motion])), "")
+            return mean._replace(reason=no_drive or mean.reason)
         if limit.of == "change" and changes.draws:
             return 100.0 * changes.draws[name]
         code = "model-limit" if limit.of == "model" else "no-change-estimated"

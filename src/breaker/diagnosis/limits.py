@@ -133,6 +133,8 @@ def judged(estimate: Estimate, limits: Sequence[Limit], *, seed: int) -> list[Ve
         return []
 
     def find(limit: Limit, name: str) -> Known:
+        if no_drive := record.raw.no_drive:
+            return estimate.measured.get(name, NOTHING)._replace(reason=no_drive)
         if limit.of == "model":
             return known_of(estimate, name)
         if estimate.measured_directly(name):

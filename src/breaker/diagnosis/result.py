@@ -41,10 +41,12 @@ Result = Mapping[str, object]
 def result_of(diagnosis: "Diagnosis") -> Result:
     """Return the estimates of a diagnosis, with its verdicts on limits, as data."""
     given, most = diagnosis.given, diagnosis.config["report"]["simultaneity"]
+    read = [estimate.record for estimate in diagnosis.estimates]
+    no_drive = [record.raw.no_drive for record in read if record.raw and record.raw.no_drive]
     both = zip(diagnosis.estimates, diagnosis.judge(diagnosis.estimates), strict=True)
     records = [_record(estimate, verdicts, given) for estimate, verdicts in both]
     result = {
-        "warnings": [*map(note_of, doubts_about([row.record for row in diagnosis.estimates]))],
+        "warnings": [*map(note_of, [*doubts_about(read), *no_drive[:1]])],  # all are remarks
         "remarks": [],
         "settings": diagnosis.settings._asdict()
         | {"known": given.known, "size": given.size and vars(given.size)},
@@ -53,6 +55,8 @@ def result_of(diagnosis: "Diagnosis") -> Result:
             simultaneity_of(poles, most) for poles in operations_of(records) if len(poles) > 1
         ],
     }
+    for poles in result["simultaneity"] if no_drive else ():
+        poles.pop("verdict", None)
     verdicts = [limit["verdict"] for record in records for limit in record.get("limits", ())]
     limited = (poles for poles in result["simultaneity"] if "limit" in poles)
     verdicts += [poles.get("verdict", "inconclusive") for poles in limited]

@@ -56,14 +56,20 @@ class Record(LocatedMotion):
         """Resistance of the contact, ``(n,)``, µΩ; nan where there is none, or no unit of it."""
         return self.currents.channel("contact")
 
+    @cached_property
+    def no_drive(self) -> str:
+        """Why the motion cannot be of a breaker's drive, so that no limit is judged; or ""."""
+        before, after = self.segment.before, self.segment.after
+        done = (self.left - before) / (after - before)
+        return of_no_drive(self.motion, self.time[self.inside], done, self.segment.stroke)
+
     def remarks_on(self, grid: "Grid | None" = None) -> list[str]:
         """Return remarks on the record, and on how it fits the errors that a model assumes."""
-        before, after, time = self.segment.before, self.segment.after, self.time[self.inside]
-        done = (self.left - before) / (after - before)
+        time = self.time[self.inside]
         zero_sd = grid.zero_sd if grid else None
         remarks = [
             *self.file_remarks,
-            of_no_drive(self.motion, time, done, self.segment.stroke),
+            self.no_drive,
             repeats_remark(time, self.left),
             rest_remark(self.segment, self.settings, self.motion, zero_sd),
             doubts_in_words(self.time, self.doubts),
