@@ -44,7 +44,9 @@ def interval_of(known: Known) -> tuple[float, np.ndarray]:
     if isinstance(known, np.ndarray):
         middle, *ends = np.quantile(known, [0.5, *_ENDS])
         return middle, np.array(ends)
-    return known.value, known.value + NORMAL[95] * known.sd * np.array([-1.0, 1.0])
+    away = NORMAL[95] * known.sd
+    low = max(known.value - away, min(known.value, 0.0))  # a distance or time is not negative
+    return known.value, np.array([low, known.value + away])
 
 
 def known_of(estimate: Estimate, name: str) -> Known:

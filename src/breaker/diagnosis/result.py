@@ -186,8 +186,6 @@ def _quantities(estimate: Estimate) -> dict[str, Value]:
             value["source"] = "estimated"
         elif "reason" not in value:
             value["source"] = "measured" if estimate.measured_directly(name) else "mixed"
-            ends = value["interval_95"]
-            ends[0] = max(ends[0], min(known.value, 0.0))  # a distance or time is not negative
         values[name] = value | ({"zone": values_of.zone} if values_of.zone else {})
     return values
 

@@ -70,9 +70,10 @@ def verdict_of(result: Result) -> Cell:
     judged = [e for e in poles if e.get("verdict", "inconclusive") == verdict]
     texts += map(simultaneity_in_words, judged)
     count = sum(map(len, groups.values())) + len(judged)
-    words = say("within-limits", count=count) if verdict == "pass" else "; ".join(texts[:_NAMED])
     more = len(texts) - _NAMED
-    words += f" and {more} more" if verdict != "pass" and more > 0 else ""
+    words = "; ".join(texts[:_NAMED]) + f" and {more} more" * (more > 0)
+    if verdict == "pass":
+        words = say("within-limits", count=count, s="s" * (count > 1))
     return Cell(f"{RESULTS[verdict]}: {words}", RESULTS[verdict].tone)
 
 
@@ -118,7 +119,8 @@ def measured_table(title: str, records: Sequence[RecordResult]) -> Table:
     rows = []
     for name, unit in {n: v["unit"] for e in records for n, v in _measured(e).items()}.items():
         values = [record["quantities"].get(name, {}) for record in records]
-        halves = [_half(value) for value in values if "interval_95" in value]
+        known = [value for value in values if "interval_95" in value]
+        halves = [value["interval_95"][1] - value["median"] for value in known]
         if halves:
             rows.append((name, unit, *map(_cell, values), in_digits(max(halves), 2)))
     head = ["", "unit", *(record.get("phase", "value") for record in records), "± 95 %"]
@@ -127,11 +129,6 @@ def measured_table(title: str, records: Sequence[RecordResult]) -> Table:
 
 def _measured(record: RecordResult) -> dict[str, Value]:
     return {name: v for name, v in record["quantities"].items() if name not in INFERRED}
-
-
-def _half(value: Value) -> float:
-    """Return half of the 95 % interval."""
-    return float(np.ptp(value["interval_95"])) / 2.0
 
 
 def _cell(value: Value) -> str:
