@@ -38,12 +38,13 @@ def concerned(text: str, where: Iterable[str], everyone: Collection[str]) -> str
 
 
 def grouped(notes: Iterable[tuple[str, Note]], everyone: Collection[str]) -> list[str]:
-    """Return each kind of sentence once, by its code, with the labels that it concerns."""
+    """Return each kind of sentence once, with its code and the labels that it concerns."""
     groups: dict[str, list[tuple[str, str]]] = {}
     for label, note in notes:
         kind = note.code or re.sub(r"[\d.]+", "", note.text)
         key = kind if label else note.text  # without a label only equal sentences are one
-        groups.setdefault(key, []).append((label, note.text))
+        text = note.text + f" [{note.code}]" * bool(note.code)
+        groups.setdefault(key, []).append((label, text))
     lines = []
     for some in groups.values():
         labels, texts = zip(*some, strict=True)
