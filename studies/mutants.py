@@ -31,12 +31,12 @@ AREAS = {
     "correction": ("paper/correction",
                    "paper/test_weights paper/test_transport paper/test_corrections"),
     "measurements": ("records/measurements records/propagation records/first_motion",
-                     "records/test_first_motion records/test_uncertain records/test_measured"),
+                     "records/test_first_motion records/test_propagation records/test_measured"),
     "forecast": ("prognosis/forecast prognosis/states prognosis/service",
                  "prognosis/test_forecast prognosis/test_states prognosis/test_service "
                  "prognosis/test_tables"),
     "limits": ("model/limits diagnosis/limits",
-               "model/test_limits diagnosis/test_sliding diagnosis/test_rendered "
+               "model/test_limits diagnosis/test_limits diagnosis/test_sliding "
                "diagnosis/test_inferred"),
 }  # fmt: skip
 """Modules of an area, whose docstrings have examples, and its test files."""
