@@ -155,7 +155,7 @@ def _inspection(asked: Asked) -> Answer:
         type=name,
         types=known,
         entry=next((entry for other, entry in known.items() if bare(other) == bare(name)), None),
-        types_file=printable(session.types),
+        types_file=printable(os.path.relpath(session.types)),
         earlier=[(one, chosen._replace(before=one.files).query) for one in earlier],
         alone=chosen._replace(before=()).query,
         lacking=[row.label for row in shown.rows if row.state == "missing"],
