@@ -64,6 +64,7 @@ def quantities_table() -> Iterator[str]:
         meaning = quantity.unit, quantity.meaning
         rows.append((f"`{name}`", *meaning, motions, sources, _WORSE[quantity.worse]))
     yield "Limits `of: record` take measured quantities, and limits `of: model` inferred ones.\n"
+    yield "The 6 mm of a speed scale with the stroke: 60 mm for a stroke of 125 mm.\n"
     yield table("name, unit, meaning, motion, source, worse", rows)
 
 

@@ -108,7 +108,7 @@ def parser(named: Sequence[str] = ()) -> argparse.ArgumentParser:
     made.add_argument("--version", action="version", version=f"breaker {__version__}")
     made.set_defaults(smaller="name fewer files, or lower endurance.draws")
     commands = made.add_subparsers(required=True, metavar="COMMAND")
-    what = f"configuration files, laid over {PROJECT}, or over the defaults"
+    what = f"configuration files; their keys replace those of {PROJECT}, or the defaults"
     for name in [known for known in _COMMANDS if known in named] or _COMMANDS:
         module = importlib.import_module(f"breaker.cli.{name.replace('-', '_')}")
         about = module.__doc__.removesuffix(".").partition("`: ")[2]

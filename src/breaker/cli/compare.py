@@ -24,7 +24,7 @@ def add(compare: argparse.ArgumentParser) -> None:
     today = inputs.SEVERAL | {"required": True}
     inputs.add_path(compare, "--today", "TODAY", "records of the later inspection", **today)
     for name in _INSPECTIONS:
-        what = f"configuration files for the inspection {name} only, laid over the others"
+        what = f"configuration files of the inspection {name} only, which replace keys of --config"
         inputs.add_path(compare, f"--config-{name}", "YAML", what, **inputs.SEVERAL)
     inputs.add_choice(compare)
     same = "state that both inspections have the same transducer and ratio"

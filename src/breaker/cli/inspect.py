@@ -5,7 +5,7 @@ import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from breaker.cli.inputs import PROJECT, SEVERAL, add_path, settings_of
+from breaker.cli.inputs import SEVERAL, add_path, settings_of
 from breaker.cli.outputs import check_outputs, draw, say_written, write_lines
 from breaker.common.text import say, visible_text
 
@@ -67,7 +67,7 @@ def _look_into(options: argparse.Namespace, config: Mapping) -> int:
         written.append(draw(record(proposal), options.plot))
     say(text_of(words_of(proposal)))
     if proposal.is_read:
-        say(f"\nProposed, to lay over {PROJECT}:\n\n{overlay}")
+        say(f"\nProposed settings, for a file after --config:\n\n{overlay}")
     else:
         say(f"\nNothing is proposed, as these settings read no motion (see above):\n\n{overlay}")
     say_written(written)

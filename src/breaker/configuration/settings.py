@@ -46,13 +46,8 @@ def _text(most: int = 1000, **more: Any) -> Any:
 
 def _form(most: int, pattern: str, words: str) -> Any:
     """Return a text of a form that messages call by words, not by its regular expression."""
-
-    def check(value: str) -> str:
-        if not re.fullmatch(pattern, value):
-            raise ValueError(f"must be {words}")
-        return value
-
-    return Annotated[_text(most, json_schema_extra={"pattern": pattern}), AfterValidator(check)]
+    kind = _text(most, json_schema_extra={"pattern": pattern})
+    return _where(kind, re.compile(pattern).fullmatch, f"must be {words}")
 
 
 def _number(kind: type, low: float | None = None, high: float | None = None, **more: Any) -> Any:
@@ -63,7 +58,7 @@ def _list(entry: Any, least: int, most: int) -> Any:
     return Annotated[list[entry], Field(min_length=least, max_length=most)]
 
 
-def _where(kind: Any, holds: Callable[[Any], bool], text: str) -> Any:
+def _where(kind: Any, holds: Callable[[Any], object], text: str) -> Any:
     def check(value: Any) -> Any:
         if not holds(value):
             raise ValueError(text)
@@ -314,7 +309,7 @@ Settings = _section(
     speeds=_f(
         Speeds,
         {"closing_speed": None, "opening_speed": None},
-        "Speeds, each the mean between two points; null: the 6 mm before or after contact touch.",
+        "Speeds between two points; null: over 6 mm at contact touch, for a stroke of 12.5 mm.",
     ),
     limits=_f(_list(Limit, 1, 100), _LIMITS, "Limits; yours replace all of them."),
     types=_f(Text | None, None, "YAML file of types of breaker (docs/how-to/limits-and-types.md)."),
