@@ -128,3 +128,25 @@ def test_inspections_may_differ_in_rate_and_layout(inspections, capsys):
     assert other == pytest.approx(today("now/now.csv"), rel=0.01)
     assert call("then", "--today", "now/other.csv", "--config-before", "other.yaml") == 1
     assert "now/other.csv" in capsys.readouterr().err
+
+
+def test_remarks_on_the_contact_and_phases_that_are_left_out_come_first(
+    tmp_path, monkeypatch, capsys
+):
+    """The example: three poles, and a contact of 2026 that disagrees with the travel of phase R."""
+    monkeypatch.chdir(tmp_path)
+    main(["example", "some", "--inspections"])
+    form = "time_column: Time, time_unit: ms, travel_column: Travel R, contact_column: Contact R"
+    form += ", delimiter: ;"
+    (tmp_path / "my.yaml").write_text(f"endurance: {{format: {{{form}}}}}")
+    capsys.readouterr()
+    files = "some/inspection_2014-05-12.csv", "--today", "some/inspection_2026-03-02.csv"
+    for arguments, expected in (
+        ((), ["phase-taken", "disturbed"]),
+        (("--phase", "R"), ["disturbed"]),
+    ):
+        result = compared(capsys, *files, "--config", "my.yaml", *arguments)
+        assert len(result["doubts"]) == len(expected)
+        sentences = result["sentences"][: len(expected)]
+        assert [sentence["code"] for sentence in sentences] == expected
+        assert "[contact-disagrees]" in sentences[-1]["text"]

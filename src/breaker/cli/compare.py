@@ -3,6 +3,7 @@
 import argparse
 import os
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from functools import reduce
 from operator import getitem
 
@@ -47,20 +48,29 @@ def run(options: argparse.Namespace) -> int:
     from breaker.common.document import text_of
     from breaker.common.plain_values import to_json
     from breaker.configuration.definitions import types_of
-    from breaker.diagnosis.inspection_change import compare_inspections, words_of_change
+    from breaker.diagnosis.identity import phases_left_out
+    from breaker.diagnosis.inspection_change import (
+        compare_inspections,
+        contact_doubts,
+        words_of_change,
+    )
     from breaker.diagnosis.session import Diagnosis
+    from breaker.records.files import Files
 
     choice = inputs.choice_of(options)
-    types, inspections = types_of(config), {}
+    types, inspections, opened, doubts = types_of(config), {}, Files(), []
     limits = inputs.limits_of(config, options.config)
     both = Diagnosis(config, limits, types=types, same_transducer=options.same_transducer)
     for name in _INSPECTIONS:
         own = Diagnosis(configs[name], types=types)
-        own = own.of_files(named[name], choice, of_type=options.type)
+        own = own.of_files(named[name], choice, opened, options.type)
         inspections[name], stated = own.records, own.type
+        doubts += contact_doubts(own)
+        doubts += [] if options.phase or options.channel else phases_left_out(own.records, opened)
     _check_inspections(inspections)
     both = both.of_type(stated) if stated else both
     document = compare_inspections(both, inspections)
+    document = replace(document, doubts=[*dict.fromkeys([*document.doubts, *doubts])])
     written = []
     if options.plot:
         from breaker.figures.reports import comparison as figure

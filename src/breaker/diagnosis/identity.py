@@ -13,7 +13,7 @@ from breaker.common.text import bare
 from breaker.diagnosis.estimate import DriveRecord
 from breaker.diagnosis.words import Sentence, say
 from breaker.records.dates import earlier
-from breaker.records.files import printable
+from breaker.records.files import Files, printable
 from breaker.records.header import stated_as
 
 Inspections = Mapping[str, Sequence[DriveRecord]]
@@ -98,6 +98,20 @@ def check_phases(inspections: Inspections) -> list[Sentence]:
     every = (record for some in used.values() for record in some)
     known = all(phase_of(record) or record.operation.breaker for record in every)
     return [] if known else [say("phase-not-stated", **words)]
+
+
+def phases_left_out(records: Iterable[DriveRecord], files: Files) -> list[Sentence]:
+    """Return a remark (``phase-taken``) where files have further phases than those of records."""
+    from breaker.records.description import travel_channels  # most commands need none
+
+    taken, names = set(), set()
+    for record in (record for record in records if phase_of(record) and not record.reason):
+        usual = record.raw.settings["travel_column"]
+        channels = travel_channels(files[record.operation.file], usual)
+        taken.add(phase_of(record))
+        names |= {name for name, _ in channels.values()}
+    others = ", ".join(sorted(names - taken)) if taken <= names else ""
+    return [say("phase-taken", phase=", ".join(sorted(taken)), others=others)] if others else []
 
 
 def stated_differences(inspections: Inspections) -> list[Sentence]:
