@@ -20,6 +20,7 @@ def small(tmp_path, monkeypatch):
     return tmp_path
 
 
+@pytest.mark.slow
 def test_both_networks_are_trained_once_and_judged_by_the_same_curves(small, monkeypatch):
     study.main()
     result = pd.read_csv(study.TABLE).set_index(["network", "quantity"])

@@ -30,7 +30,13 @@ CHANGES = {
 }
 
 
-@pytest.mark.parametrize("name", CHANGES)
+@pytest.mark.parametrize(
+    "name",
+    [
+        name if name != "own_simulator" else pytest.param(name, marks=pytest.mark.slow)
+        for name in CHANGES
+    ],
+)
 def test_an_example_is_simulated_trained_and_validated(name, monkeypatch):
     monkeypatch.chdir(EXAMPLES)
     assert len((EXAMPLES / f"{name}.py").read_text().splitlines()) <= 30
