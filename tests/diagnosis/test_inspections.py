@@ -7,14 +7,20 @@ import numpy as np
 import pytest
 
 from breaker.common.document import text_of
-from breaker.diagnosis.changes import Pair, QuantityChange, compare, measured_changes
+from breaker.diagnosis.changes import (
+    Pair,
+    QuantityChange,
+    compare,
+    measured_change,
+    measured_changes,
+)
 from breaker.diagnosis.explanations import Explanation
 from breaker.diagnosis.inspection_change import inspection_change, words_of_change
 from breaker.family.inputs import Basis
 from breaker.family.membership import PARTS, Match
 from breaker.family.shape import SHAPE_TIMES
 from breaker.model.parameters import MOTIONS, NAMES
-from breaker.model.quantities import speeds_of
+from breaker.model.quantities import quantities, speeds_of
 from breaker.records.contacts import ContactTimes
 from breaker.records.currents import Currents
 from tests.raws import smooth
@@ -168,6 +174,16 @@ def test_the_length_of_the_arcing_contact_is_compared():
     assert rows["static_resistance"].change[1] == pytest.approx(40.0 / 0.51, rel=0.02)
     assert rows["arcing_wipe"].is_worse
     assert rows["static_resistance"].is_worse
+
+
+@pytest.mark.parametrize(("sd", "changed"), [(0.42, False), (0.2, True)])
+def test_an_interval_without_zero_is_no_change_where_no_change_is_likely(sd, changed):
+    """As docs/understand/uncertainty.md states; the prior of no change is 0.9."""
+    readings = [np.array([[value, sd]]) for value in (8.48, 10.12)]
+    row = measured_change(quantities()["touch_time"], "closing", readings)
+    assert min(row.change) > 0.0
+    assert row.changed == changed
+    assert (row.p_unchanged > 0.4) == (not changed)
 
 
 def test_measured_changes_are_those_of_means():

@@ -199,6 +199,10 @@ limits: [{name: loose, of: change, lower: {k_b: -20 %}}, {name: a, motion: closi
     a measured quantity
 speeds: {closing_speed: [6 mm, touch]}
     speeds is
+limits: [{name: a, of: change, lower: {f: half}}]
+known: {lower: [stroke, 1]}
+    limits[0].lower.f is "half", but must be a number in %
+    known.lower[0] is "stroke"
 known: {touch: [9.5, 0.1], L: [10.0, 0]}
     known.L is [10.0, 0]
 # settings that must fit each other

@@ -34,7 +34,6 @@ _WORDS = {
 _NAMELESS = "is not a known key: YAML reads a number or a date, not a text. Quote it."
 _COMMA = "is not a known key: a comma separates entries. Write a decimal point, such as 1.3."
 _MEANT = {"min": "lower", "max": "upper"}
-_SIDES = (("lower",), ("upper",))
 
 
 def problems(section: type[Section], content: Any) -> dict[Key, str]:
@@ -79,23 +78,20 @@ def _problem(error: Mapping, content: Any, section: type) -> tuple[Key, str]:
     words = error["msg"].partition("should")[2].partition(" or instance of")[0]
     for technical, plain in _WORDS.items():
         words = words.replace(technical, plain)
-    reason = str(about.get("error", ""))
-    if reason.startswith("must"):
-        words, kind = reason.removeprefix("must"), "form"
-    unit = QUANTITIES[key[-1]].unit if key[-2:-1] in _SIDES and key[-1] in QUANTITIES else "1"
-    words = words if unit == "1" else words.replace("number", f"number in {unit}")
+    words = str(about.get("error", f"must{words}"))
+    if key[:1] == ("limits",) and key[-1] in QUANTITIES:
+        unit = "%" if content["limits"][key[1]].get("of") == "change" else QUANTITIES[key[-1]].unit
+        words = words.replace("number", f"number in {unit}") if unit != "1" else words
     if kind == "extra_forbidden":
         return place, _unknown(place, section)
     if kind == "invalid_key" or place[-1:] == ("[key]",):
         if kind in ("invalid_key", "string_type"):
             return place, _COMMA if value is None else _NAMELESS
-        return place, f"is not a known key; it must{words}."
+        return place, f"is not a known key; it {words}."
     shown = json.dumps(value, ensure_ascii=False, default=str, skipkeys=True)
     shown = "empty" if value is None else shown
     shown = f"{shown[:57]}..." if len(shown) > 60 else shown
-    if kind == "value_error":
-        return key, f"is {shown}, but {reason}."
-    return key, f"is {shown}, but must{words}.{_hint(value, kind)}"
+    return key, f"is {shown}, but {words}.{_hint(value, kind)}"
 
 
 def _unknown(key: Key, section: type) -> str:

@@ -85,7 +85,7 @@ Points = _list(_text(100), 2, 2)
 _SPEED = r"^(closing|opening)_speed(_[a-z0-9_]+)?$"
 SpeedName = _form(100, _SPEED, "closing_speed or opening_speed, or one of these with _ and a name")
 Speeds = Annotated[dict[SpeedName, Points | None], AfterValidator(speeds_of)]
-Bound = Amount | _form(14, r"^[+-]?[0-9]{1,4}(\.[0-9]{1,6})? ?%$", "a percentage")
+Bound = Amount | _form(14, r"^[+-]?[0-9]{1,4}(\.[0-9]{1,6})? ?%$", "a percentage, with of: change")
 Quantity = _form(40, r"^[+-]?[0-9]+(\.[0-9]+)? \S+$", "a number and its unit, such as 14.1 mm")
 _TOLERANCE = r"^(±|\+/?-)? ?[0-9]{1,6}(\.[0-9]{1,6})? ?%?$"
 Tolerance = _number(float, high=1e6, gt=0) | _form(20, _TOLERANCE, "a text such as 3 % or ±0.4")
