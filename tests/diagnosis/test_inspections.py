@@ -153,6 +153,18 @@ def test_another_ratio_has_its_share_of_the_draws(p_ratio, state):
     assert row.if_changed == pytest.approx([-11.5, -10.0, -8.5], abs=0.3)
 
 
+@pytest.mark.parametrize(("before", "unit"), [(0.01, "mm"), (0.3, "%")])
+def test_a_change_of_a_value_below_its_error_is_not_in_percent(before, unit):
+    """From 0.01 or 0.3 mm to 0, with an sd of 0.05 mm: half of a 90 % interval is 0.08 mm."""
+    percent = [-100.0 * (1.0 + share / before) for share in (0.08, 0.0, -0.08)]
+    about = {"unit": "mm", "before": before, "today": 0.0, "difference": -before, "sd": 0.05}
+    row = replace(change("over_travel", 0.0, False), if_changed=percent, **about)
+    table = words_of_change(replace(document(), measured=[row])).parts[0]
+    number, shown = table.rows[0][4].split()
+    assert shown == unit
+    assert float(number) == pytest.approx(-0.01 if unit == "mm" else -100.0)
+
+
 # ---- measured quantities -------------------------------------------------------------------------
 
 

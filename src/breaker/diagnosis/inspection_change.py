@@ -29,7 +29,7 @@ from breaker.diagnosis.explanations import (
     other_measurement,
 )
 from breaker.diagnosis.identity import Inspections
-from breaker.diagnosis.limits import Known, Verdict, judge
+from breaker.diagnosis.limits import NORMAL, Known, Verdict, judge
 from breaker.diagnosis.reading import without_copies
 from breaker.diagnosis.session import Diagnosis
 from breaker.diagnosis.tables import limits_table
@@ -162,16 +162,25 @@ class InspectionChange(Plain):
 
 def _changes(code: str, rows: Sequence[QuantityChange], since: str) -> Sentence:
     """Return the sentence on changes of one kind, the first few by name."""
-    names = ["{} {} ({} %)".format(row.words, *_amount(row.if_changed)) for row in rows]
+    names = ["{} {} ({} {})".format(row.words, *_shown(row)) for row in rows]
     if not names:
         return say(f"{code}-unchanged")
     return say(f"{code}-changed", changes=first_of(names, _NAMED), since=since)
 
 
-def _amount(change: Sequence[float]) -> list[str]:
-    """Return a change with its interval, percent, in digits that distinguish their ends."""
+def _shown(row: QuantityChange) -> list[str]:
+    """Return a change, its interval and unit: percent, unless the value was less than its error."""
+    if row.measured and abs(row.before) < NORMAL[95] * (row.sd or 0.0):
+        half = NORMAL[90] * row.sd
+        ends = row.difference - half, row.difference, row.difference + half
+        return _amount(ends, row.unit)
+    return _amount(row.if_changed)
+
+
+def _amount(change: Sequence[float], unit: str = "%") -> list[str]:
+    """Return a change, its interval, in digits that distinguish their ends, and the unit."""
     low, middle, high = distinct(change, 2, sign=True)
-    return [f"{middle} %", f"{low} to {high}"]
+    return [f"{middle} {unit}", f"{low} to {high}", unit]
 
 
 # ---- the comparison --------------------------------------------------------------------------
@@ -350,7 +359,7 @@ def _cells(row: QuantityChange) -> list[str]:
     tone = "bad" if row.is_worse else "" if row.changed else "faint"
     change = interval = ""
     if row.measured or row.changed:
-        change, interval = _amount(row.if_changed)
+        change, interval, _ = _shown(row)
     values = ["" if stated is None else in_digits(stated, 4) for stated in (row.before, row.today)]
     known = ("" if chance is None else f"{chance:.2f}" for chance in (row.p_unchanged, row.p_worse))
     unit = row.unit if row.measured else ""
