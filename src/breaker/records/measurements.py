@@ -342,17 +342,16 @@ class Reading:
             raise NotShownError(f"{speed.points[1]} is not after {speed.points[0]}")
         # A point by its travel lies within the motion, also where the rest is not certain.
         timed = speed.end.later or speed.end.unit == "ms"
-        late = timed and end.value > self._done + self.trace.half
-        if late or begin.value < self.start.early:
+        if begin.value < self.start.early or (timed and end.value > self._rests_from):
             raise NotShownError(Remark("zone-at-rest", zone=speed.words))
         return (high - low) / (end - begin)
 
-    @cached_property
-    def _done(self) -> float:
-        """When the travel first is at the rest after the motion, ms; infinite if it never is."""
-        sign = 1.0 if self.located.motion == "closing" else -1.0
-        done = self.trace.smooth >= sign * self.located.segment.after
-        return float(self.trace.time[int(done.argmax())]) if done.any() else math.inf
+    @property
+    def _rests_from(self) -> float:
+        """When the travel is at the rest after the motion, ms; infinite if it never is."""
+        forward = 1.0 if self.located.motion == "closing" else -1.0
+        done = self.trace.smooth >= forward * self.located.segment.after
+        return float(self.trace.time[done][0]) + self.trace.half if done.any() else math.inf
 
     def at_share(self, percent: float) -> Uncertain:
         """Return the time of a percent of the stroke, ms."""
