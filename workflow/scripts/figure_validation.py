@@ -52,6 +52,7 @@ def draw_pairs(prior: xr.Dataset, scale: dict, file: str) -> None:
     save(pairs(case, columns[:, : len(names)], about=about, **scores), file)
 
 
+about += f", {data.sizes['curve']} records, {data.sizes['draw']} draws of each"
 rejected = data.attrs.get("rejected", 0)
 if rejected:
     about += f", {rejected} of {rejected + data.sizes['curve']} rejected by the reader"

@@ -28,10 +28,7 @@ def sbc(calibration: "Calibration", names: Sequence[str], *, about: str) -> Figu
         look["label"] = f"simultaneous {share} band, all {len(names)} outputs together"
         axis.fill_between(band.grid, band.lower, band.upper, **look)
         axis.axhline(0.0, color=style.REFERENCE, lw=0.6)
-        look = {
-            "color": p.OUTPUTS[name].colour,
-            "label": "observed ranks",
-        }
+        look = {"color": p.OUTPUTS[name].colour, "label": "observed ranks"}
         axis.plot(band.grid, calibration.difference[:, i], drawstyle="steps-post", **look)
         axis.set(xlim=(0, 1))
         outside = bool(calibration.outside[i])
@@ -40,7 +37,7 @@ def sbc(calibration: "Calibration", names: Sequence[str], *, about: str) -> Figu
         axis.set_title(words, color=style.WARNING if outside else "black")
     p.label_outer(axes, "rank of the truth / (draws + 1)", "ECDF difference")
     failed = [p.word(name) for name, out in zip(names, calibration.outside, strict=True) if out]
-    finding = f"Calibrated: all {len(names)} outputs inside the {share} band"
+    finding = f"No miscalibration detected: all {len(names)} outputs inside the {share} band"
     if failed:
         finding = f"NOT calibrated: {first_of(failed, 3)} outside the {share} band"
     least = int(np.argmin(calibration.p_values))
