@@ -148,6 +148,8 @@ def _allowed(part: dict[str, Any]) -> str:
     """Put into words which values a part of the schema allows."""
     if "anyOf" in part:
         return " or ".join(map(_allowed, part["anyOf"]))
+    if "median" in part.get("properties", {}):
+        return "; ".join(f"{name}: {_allowed(item)}" for name, item in part["properties"].items())
     if "enum" in part or "const" in part:
         return ", ".join(str(item) for item in part.get("enum", [part.get("const")]))
     words = {"integer": "whole number", "object": "section", "array": "list", "string": "text"}

@@ -223,8 +223,8 @@ prior: {f: {median: 750.0}, L: {median: 0.010}}
 prior: {k_b: {median: 2.5}}
 size: {lengths: 10.0, times: 4.0}
     prior.k_b.median is 2.5, 1,000 times
-prior: {f: {median: 0.03}}
-    prior leaves the contact pressed
+prior: {f: {median: 0.44}}
+    prior has medians f 0.44 and k_a L 0.45
 endurance: {format: {time_column: null}}
     endurance.format cannot be used
     endurance.format.rate
@@ -326,12 +326,20 @@ def test_a_family_of_ones_own_is_checked_by_key(tmp_path, name):
 
 OWN = """
 import numpy as np
+from breaker.model.parameters import NAMES
 
 class Prior:
     names = ("a", "b")
 
     def sample(self, n, rng):
         return rng.random((n, 2)) + 1.0
+
+class Loose:
+    names = NAMES
+
+    def sample(self, n, rng):
+        medians = [2.0, 0.045, 0.04, 0.3, 0.12, 0.75, 10.0]  # 0.2 % of draws have f < k_a L
+        return medians * np.exp(0.1 * rng.standard_normal((n, 7)))
 
 def broken():
     raise RuntimeError("boom")
@@ -348,6 +356,7 @@ def short(theta, times, motion, rng):
     ("prior", "simulator", "good"),
     [
         ("Prior", "simulate", True),
+        ("Loose", None, False),
         ("Prior", None, False),  # the drive of the paper has other parameters
         ("broken", "simulate", False),
         ("Prior", "short", False),

@@ -5,7 +5,6 @@ with its value; ``broken`` calls those whose sections are right by themselves.
 """
 
 import inspect
-import math
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from contextlib import suppress
 from typing import Any
@@ -14,17 +13,15 @@ from breaker.common.named_functions import load
 from breaker.configuration.definitions import ADVICE, advice_of, family_of, types_of
 from breaker.configuration.loading import UNLIKE, of_motion
 from breaker.configuration.settings import defaults
-from breaker.model.equations import PRESSED, pressed_half_space
+from breaker.model.equations import PRESSED
 from breaker.model.limits import UNRESOLVED, from_list
-from breaker.model.parameters import MOTIONS, NAMES, PARAMETERS, Size
+from breaker.model.parameters import MOTIONS, PARAMETERS, Size
 from breaker.model.quantities import every_speed
 from breaker.records.folder import list_breakers, list_fleet, list_operations
 from breaker.records.operations import event_words
 from breaker.records.settings import FORMAT, complete, lacking
 
 Found = Iterator[tuple[tuple[str | int, ...], str]]
-
-_SUPPORT = 0.01  # least share of the prior in which the contact stays pressed
 
 
 def broken(config: Mapping[str, Any], wrong: Collection[str], *, curves: bool) -> Found:
@@ -92,13 +89,9 @@ def _prior(prior, size) -> Found:
             text = f"is {median:g}, {median / usual:,.4g} times that of a drive of this size, "
             text += f"{usual:.3g}. Its unit is {parameter.unit}. For another size, set size."
             yield ("prior", parameter.name, "median"), text
-    columns = ([prior[name][key] for name in NAMES] for key in ("median", "log_sd"))
-    slope, offset = pressed_half_space(*columns)
-    share = 0.5 * math.erfc(-offset / math.hypot(*slope) / math.sqrt(2))
-    if share < _SUPPORT:
-        text = (
-            f"leaves the contact pressed ({PRESSED}) in {share:.1e} of draws, below {_SUPPORT:g}."
-        )
+    f, k_a, gap = (prior[name]["median"] for name in ("f", "k_a", "L"))
+    if f <= k_a * gap:
+        text = f"has medians f {f:g} and k_a L {k_a * gap:g}, but the contact closes for {PRESSED}."
         yield ("prior",), f"{text} Raise prior.f.median, or lower that of k_a or L."
 
 

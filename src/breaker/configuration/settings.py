@@ -194,10 +194,12 @@ Settings = _section(
     model=_section(
         "Functions of your own in place of the simulator or the prior.",
         simulator=_f(Function | None, None, "module:function of a simulator; null: paper's drive."),
-        prior=_f(Function | None, None, "module:function of a prior; null: the prior below."),
+        prior=_f(
+            Function | None, None, "module:function; the family still uses the section prior."
+        ),
     ),
     prior=_section(
-        "Prior of seven parameters: log-normals, given a contact that stays pressed (f > k_a L).",
+        "Log-normal prior, cut to f > k_a L (the contact closes). The medians are before the cut.",
         mu=_prior(2.0, 0.2, "Mass ratio of drive to contact, M_a / M_b."),
         k_a=_prior(0.045, 0.15, "1/ms^2, opening spring on the main shaft."),
         k_b=_prior(0.04, 0.2, "1/ms^2, contact spring in the pushrod."),

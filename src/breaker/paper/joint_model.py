@@ -20,6 +20,7 @@ import xarray as xr
 from breaker.common.named_functions import load
 from breaker.common.randomness import generator
 from breaker.model.curves import Motion, sensitivity, too_fast, travel
+from breaker.model.equations import PRESSED, pressed
 from breaker.model.parameters import MOTIONS, NAMES, ONSET, PARAMETERS, Parameter
 from breaker.model.prior import Prior
 from breaker.model.sensor import Sensor
@@ -183,8 +184,17 @@ class Model:
         return Motion(curves, np.full(len(theta), np.inf), np.zeros(len(theta), dtype=bool))
 
     def try_out(self) -> None:
-        """Raise a ValueError if functions of one's own return other shapes or nothing finite."""
+        """Raise a ValueError if own functions return other shapes, nothing finite, or draws of the
+        paper's drive whose contact never closes.
+        """
         rng = generator(0, "trial")
+        if not self.simulator:
+            loose = np.count_nonzero(~pressed(self.sample(_SCALING_DRAWS, rng)[0]))
+            if loose:
+                raise ValueError(
+                    f"{loose} of {_SCALING_DRAWS} draws do not fulfil {PRESSED}, so their contact "
+                    "never closes. Draw these again, as docs/examples/own_prior.py does"
+                )
         theta, onset = self.sample(5, rng)
         if not np.isfinite(self.simulate(theta, onset, rng).travel).all():
             raise ValueError("the simulator must return finite curves")
