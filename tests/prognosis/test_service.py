@@ -1,20 +1,22 @@
-"""A service by its cost: an example by hand, and what is so of any life."""
+"""A service by its cost, and dates: examples by hand."""
 
 import numpy as np
 import pytest
 import xarray as xr
+from scipy.integrate import cumulative_trapezoid
 
 from breaker.configuration.loading import defaults
+from breaker.prognosis.forecast import Future
 from breaker.prognosis.service import days_per_operation, on_date, plan
 
 PLANNING, NAN = defaults()["planning"], np.nan
 
 
-def planned(lives, *, turns=np.inf, days=NAN, **settings):
+def planned(lives, *, turns=np.inf, days=NAN, noticed_in=50.0, **settings):
     """The plan for one drive, 1,000 operations old, with draws of those that are left."""
     data = {"lives": (("asked", "limit", "draw"), np.array(lives)[None, None])}
     data |= {"turns": (("asked", "draw"), np.full((1, len(lives)), turns))}
-    life = xr.Dataset(data | {"noticed_in": ("asked", [50.0])}, attrs={"horizon": 10000})
+    life = xr.Dataset(data | {"noticed_in": ("asked", [noticed_in])}, attrs={"horizon": 10000})
     return plan(life, PLANNING | settings, np.array([days]), np.array([1000.0]))
 
 
@@ -25,22 +27,24 @@ def best(lives, **about):
 def test_a_service_is_planned_where_it_costs_least_by_hand():
     """A tenth of the drives lasts 300 operations more, the others 900; all are 1,000 old.
 
-    A service costs 1, a failure 11: 1 / 1300 an operation at 300, 2 / 1840 just before 900.
+    A failure costs 11 or 3 services: 1 / 1300 an operation at 300, 2 / 1840 just before 900.
     """
     lives = np.repeat([300.0, 900.0], [10, 90])
-    for failure_cost, left in ((11.0, 300.0), (3.0, 900.0)):
-        best, _, extra = planned(lives, failure_cost=failure_cost)
-        result = best.item()
-        assert result == extra.ahead[extra.ahead < left][-1]
-        assert extra.min() == extra.sel(ahead=result) == 0.0
+    for ratio, left in ((11.0, 300.0), (3.0, 900.0)):
+        best, _, extra = planned(lives, service_cost=2.0, failure_cost=2.0 * ratio)
+        ahead = extra.ahead.values
+        fails = np.where(ahead < 300.0, 0.0, np.where(ahead < 900.0, 0.1, 1.0))
+        age = 1000.0 + cumulative_trapezoid(1.0 - fails, ahead, initial=0.0)
+        cost = (1.0 + (ratio - 1.0) * fails) / age
+        assert best == ahead[ahead < left][-1]
+        np.testing.assert_allclose(extra[0], (cost - cost.min()) * (1000.0 + ahead), atol=1e-9)
+    assert ahead[:2].tolist() == [0.0, 1.0]
 
 
-def test_a_dearer_failure_never_plans_later():
-    rng = np.random.default_rng(0)
-    for spread in (0.1, 0.3, 0.8):
-        lives = 500.0 * np.exp(spread * rng.standard_normal(200))
-        result = [best(lives, failure_cost=c) for c in (2, 5, 10, 20, 100, 1000)]
-        assert result == sorted(result, reverse=True)
+def test_a_failure_that_is_near_counts_and_one_that_is_over_does_not():
+    """Half of the drives have failed, or fail within an operation, the others at 500."""
+    assert best(np.repeat([0.0, 500.0], 50)) == pytest.approx(500.0, rel=0.06)
+    assert best(np.repeat([0.5, 500.0], 50)) == 0.0
 
 
 def test_a_failure_counts_unless_records_show_it_before():
@@ -49,6 +53,9 @@ def test_a_failure_counts_unless_records_show_it_before():
     assert np.isinf(best(lives, turns=300.0))  # noticed at 351
     assert best(lives, turns=300.0, inspection="200 operations") < 500.0
     assert np.isnan(best(NAN * lives))
+    in_time = {"noticed_in": 1000.0 * Future().noticed}  # a quarter of the age after the change
+    assert np.isinf(best(lives, turns=248.0, **in_time))  # noticed at 499
+    assert best(lives, turns=250.0, **in_time) < 500.0  # at 501
 
 
 def test_a_sudden_failure_before_the_next_inspection_is_a_risk():
@@ -61,18 +68,15 @@ def test_a_sudden_failure_before_the_next_inspection_is_a_risk():
 
 
 def test_days_count_over_the_last_year_or_since_the_first_date():
-    """Twenty operations in one year and eight years later, 200 numbers apart: 16 days each."""
-    operations = np.concatenate([np.arange(101, 121), np.arange(301, 321)])
-    pace = days_per_operation(operations, np.repeat([0.0, 2922.0], 20))
-    assert np.isnan(pace[:20]).all()
-    np.testing.assert_allclose(pace[20:], 2922 / np.arange(181, 201))
     pace = days_per_operation(np.array([1, 11, 12, 112]), np.array([0.0, 3652.0, 3653.0, 4019.0]))
     assert pace[-1] == pytest.approx(366 / 100)
+    pace = days_per_operation(np.array([1, 2, 3, 11]), np.array([0.0, 30.0, 31.0, 200.0]))
+    np.testing.assert_allclose(pace, [NAN, NAN, 31.0 / 2.0, 200.0 / 10.0])  # not within a month
 
 
 def test_dates_of_operations_to_come():
     operations, days = np.array([10, 20, 30]), np.array([737424.0, NAN, 737484.0])
     result = on_date(np.full((3, 1), 40.0), operations, days, np.array([NAN, 2.0, 3.0]))
     assert result[:, 0].tolist() == ["", "2020-03-01", "2020-03-31"]
-    far = np.array([[np.inf], [1e9], [25.0]])
+    far = np.array([[np.inf], [10.0 + 12176.0], [25.0]])  # 36,528 days are over a century
     assert on_date(far, operations, days, np.full(3, 3.0))[:, 0].tolist() == ["", "", "2020-02-15"]

@@ -4,15 +4,11 @@ import numpy as np
 import pytest
 
 from breaker.configuration.loading import defaults
-from breaker.prognosis.states import STATES, next_state, states_of
+from breaker.prognosis.states import STATES, _ahead, _moved, _subject, next_state, states_of
 from tests.lives import OPERATIONS, a_life
 
 PLANNING = defaults()["planning"] | {"operations": 150, "years": 2.0}
 USUAL = {"before": "ok", "p_exceeded": 0.0, "p_nearer": 0.5, "ahead": 2.0}
-
-
-def stood(fails=(450.0, np.inf), **about):
-    return states_of(a_life(fails, **about), PLANNING)
 
 
 def states(result, limit):
@@ -42,13 +38,16 @@ def test_each_transition(state, facts):
 
 
 def test_a_drive_is_ok_then_planned_then_due():
-    result, asked = stood(), a_life().asked.values
+    life = a_life()
+    life.p_exceeded[:, 0] = np.where(life.asked >= 450, 1.0, 0.6 * (life.asked >= 430))
+    result, asked = states_of(life, PLANNING), life.asked.values
     seen = states(result, "slow")
     assert (seen[:99] == "unknown").all()
     assert [seen[150], seen[400], seen[-1]] == ["ok", "planned", "due"]
     assert (np.diff(result.state.sel(limit="slow").values[99:]) >= 0).all()
     assert result.certain.sel(limit="slow") == 450.0
-    assert np.isnan(result.certain.sel(limit="stiff"))
+    assert result.crossed.sel(limit="slow") == 430.0
+    assert np.isnan([result.certain.sel(limit="stiff"), result.crossed.sel(limit="stiff")]).all()
     assert (result.remaining.sel(limit="slow", operation=slice(450, None)) == 0.0).all()
     assert result.recommended_since.sel(limit="slow")[-1] == result.drive_since[-1] > 300.0
     at = np.searchsorted(OPERATIONS, asked)  # no service is behind the quantile printed with it
@@ -71,3 +70,33 @@ def test_maintenance_alone_ends_due_and_makes_a_drive_young(maintained):
     # What a service now costs more than one in the end, without a failure, tells the age.
     age, horizon = OPERATIONS[-1] - (351 if maintained else 1), life.attrs["horizon"]
     assert result.extra.sel(limit="stiff")[0] == pytest.approx(horizon / (age + horizon))
+
+
+@pytest.mark.parametrize(
+    ("days", "age", "left", "ahead"),
+    [
+        (np.nan, 10000.0, 1e6, 400.0 / 150.0),  # in 150 operations, while the rate is not known
+        (7.305, 10000.0, 1e6, 400.0 / 150.0),  # two years are 100 operations
+        (3.6525, 10000.0, 1e6, 400.0 / 200.0),  # two years are 200 operations
+        (np.nan, 250.0, 1e6, 400.0 / 50.0),  # a fifth of the age
+        (np.nan, 10000.0, 30.0, 30.0 / 15.0),  # one and a half intervals of 10 operations
+    ],
+)
+def test_planning_looks_ahead_by_operations_years_age_or_inspections(days, age, left, ahead):
+    """Of lives of 0 to 1,000 operations, 40 % end within 400."""
+    life = a_life()
+    life.lives[:], life.remaining[:] = np.linspace(0.0, 1000.0, 41), left * np.array([1, 2, 3])
+    result = _ahead(life, PLANNING, np.full(life.asked.shape, days), np.full(life.asked.shape, age))
+    assert result[-1, 0] == pytest.approx(ahead)
+
+
+def test_a_recommended_service_moves_by_half_of_what_is_left():
+    moved = [_moved(by, 1000.0, 300.0) for by in (1140.0, 1160.0, 1000.0)]
+    assert moved == [1300.0, 1160.0, 1000.0]
+
+
+def test_the_drive_is_about_its_most_urgent_limit():
+    state, inf, nan = np.array([[1, 1], [0, 0], [2, 1], [2, 2], [3, 3], [1, 1]]), np.inf, np.nan
+    by = np.array([[inf, inf], [inf, inf], [500, inf], [500, 400], [300, 400], [inf, inf]])
+    left = np.array([[300, 200], [9, 9], [300, 10], [1, 2], [0, 0], [nan, nan]])
+    assert _subject(state, by, left).tolist() == [1, -1, 0, 1, 0, -1]
