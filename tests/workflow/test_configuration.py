@@ -163,6 +163,9 @@ training: {learning_rate: 1e-3}
     write 0.001.
 bank: {shards: '5'}
     write 5.
+sensor: {noise_sd: '0.20'}
+    --config
+    write 0.2.
 bank:
     bank is empty
 sensor: {stop: .inf}

@@ -120,4 +120,7 @@ def _hint(value: Any, kind: str) -> str:
         return ""
     number = float(text)
     number = int(number) if kind == "int_type" and number.is_integer() else number
-    return f" YAML reads {value} as a text; write {yaml.safe_dump(number).split()[0]}."
+    written = yaml.safe_dump(number).split()[0]
+    if not isinstance(yaml.safe_load(value), str):
+        return f" Quotes, and sections in --config, make texts; in a file, write {written}."
+    return f" YAML reads {value} as a text; write {written}."
