@@ -31,6 +31,7 @@ def test_an_interval_is_central():
     value, ends = interval_of(Measured(10.0, 2.0, ""))
     assert value == 10.0
     assert ends == pytest.approx([10.0 - 2.0 * 1.96, 10.0 + 2.0 * 1.96])
+    assert interval_of(Measured(0.5, 1.0, ""))[1] == pytest.approx([0.0, 2.46])  # no time below 0
     value, ends = interval_of(np.linspace(0.0, 1.0, 1001))
     assert [value, *ends] == pytest.approx([0.5, 0.025, 0.975])
 
@@ -55,9 +56,10 @@ def test_a_probability_is_that_of_the_normal_error():
 @pytest.mark.parametrize(("factor", "doubt"), [(19.0, False), (21.0, True)])
 def test_a_bound_in_another_unit_is_doubted(factor, doubt):
     for bound in (100.0 * factor, 100.0 / factor):
-        row = verdict(100.0, ("upper", bound))
-        codes = [row["reason"] and row["reason"].code]
-        assert ("limit-in-other-unit" in codes) == doubt
+        for unit in (1.0, 0.005):  # a value of 100, and one of 0.5
+            row = verdict(unit * 100.0, ("upper", unit * bound), sd=unit)
+            code = row["reason"].code if row["reason"] else ""
+            assert (code == "limit-in-other-unit") == doubt
 
 
 def test_an_unknown_quantity_is_inconclusive_with_its_reason():
