@@ -27,7 +27,7 @@ import xarray  # noqa: F401
 
 AREAS = {
     "curves": ("model/curves model/kernels model/equations",
-               "model/test_curves model/test_sensitivity"),
+               "model/test_curves model/test_sensitivity model/test_parameters"),
     "correction": ("paper/correction",
                    "paper/test_weights paper/test_transport paper/test_corrections"),
     "measurements": ("records/measurements records/propagation records/first_motion",

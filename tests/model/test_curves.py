@@ -212,7 +212,10 @@ def test_wrong_arguments_are_refused(prior, sensor):
     usual = {"theta": theta, "times": sensor.times, "motion": "closing", "onset": 0.0}
     for change, words in (
         *(({"theta": np.ones(s)}, r"\(n, 7\)") for s in [(7,), (3, 6), (2, 3, 7)]),
-        *(({"times": np.array(t)}, "times") for t in [[0.0, 0.0], [1.0, 0.0], [0.0, np.nan], []]),
+        *(
+            ({"times": np.array(t)}, "times")
+            for t in [[0.0, 0.0], [0.0, 1.0, 0.5], [0.0, np.nan], []]
+        ),
         ({"onset": np.nan}, "onset must be one finite time"),
         ({"onset": np.append(np.zeros(29), np.inf)}, r"one per row, \(30,\)"),
         ({"onset": np.zeros(2)}, "onset must be one finite time"),

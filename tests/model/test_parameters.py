@@ -44,3 +44,9 @@ def test_factors_follow_from_units():
 def test_a_size_needs_positive_factors(wrong):
     with pytest.raises(ValueError, match="Give positive ones"):
         Size(*wrong)
+
+
+def test_a_contact_is_pressed_by_a_force_above_that_of_the_opening_spring():
+    theta = np.ones((3, 7)) * [2.0, 0.05, 0.04, 0.3, 0.1, 0.5, 10.0]  # k_a L is 0.5
+    theta[:, NAMES.index("f")] = 0.49, 0.5, 0.51
+    assert pressed(theta).tolist() == [False, False, True]
