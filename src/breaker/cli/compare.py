@@ -97,7 +97,7 @@ def _config_of(own: Sequence[str], shared: Sequence[str], config: Mapping) -> Ma
 
 def _check_inspections(inspections: Mapping[str, Sequence]) -> None:
     """Refuse inspections that share a file, or whose tables name different breakers."""
-    of = [[row.operation for row in inspection] for inspection in inspections.values()]
+    of = [[record.operation for record in inspection] for inspection in inspections.values()]
     first, second = ({os.path.realpath(op.file) for op in inspection} for inspection in of)
     if both := sorted(first & second):
         raise ValueError(f"{both[0]} is named in both inspections; leave it out of one of them")

@@ -96,7 +96,7 @@ def _check(folder: str, config: Mapping) -> int:
 
     motions = config["motions"]
     checked = check_folder(folder, config["endurance"], config["sensor"], motions)
-    accepted = {motion_checked.motion for motion_checked in checked if motion_checked.accepted}
+    accepted = {group.motion for group in checked if group.accepted}
     say(text_of(document_of(checked)))
     remedy = f"set endurance.curves: {folder} in the configuration to use what is accepted"
     if lacking := " and no ".join(motion for motion in motions if motion not in accepted):

@@ -19,8 +19,8 @@ class _Numpy:
     def __getattr__(self, name: str) -> Any:
         import numpy
 
-        vars(self)[name] = function = getattr(numpy, name)  # found at once from now on
-        return function
+        vars(self)[name] = attribute = getattr(numpy, name)  # at once from now on
+        return attribute
 
 
 if TYPE_CHECKING:

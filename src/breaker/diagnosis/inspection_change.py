@@ -206,7 +206,7 @@ def compare_inspections(diagnosis: Diagnosis, inspections: Inspections) -> Inspe
     settings, speeds = diagnosis.settings, diagnosis.speeds_of([*used["before"], *used["today"]])
     rng, misfit = generator(settings.seed, "two visits"), settings.misfit_p_value
     changes = compare(pair, shipped_networks(), rng, misfit_p_value=misfit)
-    named_by = {row.operation.transducer for some in used.values() for row in some}
+    named_by = {record.operation.transducer for some in used.values() for record in some}
     explanations = explain(
         pair,
         shipped_sensitivities(changes.family),

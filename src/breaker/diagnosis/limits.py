@@ -90,8 +90,9 @@ def _verdict(sides: Sequence[Limit], find: Callable, key: Sequence) -> Verdict:
 
 
 def _parts(limit: Limit, known: Sequence[Known]) -> Iterator[dict[str, object]]:
-    for (name, bound, is_upper), unit, state in zip(limit.parts, limit.units, known, strict=True):
-        value, ends = interval_of(state)
+    every = zip(limit.parts, limit.units, known, strict=True)
+    for (name, bound, is_upper), unit, quantity in every:
+        value, ends = interval_of(quantity)
         bounds = [None, bound] if is_upper else [bound, None]
         part = {"quantity": name, "unit": unit, "value": value, "interval_95": ends}
         yield part | {"bounds": bounds}
@@ -111,15 +112,15 @@ def _exceedance(limit: Limit, known: Sequence[Known], key: Sequence) -> float:
     """Return the probability that a limit is exceeded by quantities that are known."""
     if limit.of == "record" and all(not up and bound <= 0.0 for _, bound, up in limit.parts):
         return 0.0  # no distance or time of a record is below 0
-    drawn = [state.size for state in known if isinstance(state, np.ndarray)]
+    drawn = [quantity.size for quantity in known if isinstance(quantity, np.ndarray)]
     if not drawn:
-        values, sds = np.array([state[:2] for state in known]).T
+        values, sds = np.array([quantity[:2] for quantity in known]).T
         return float(limit.measured_exceedance(values, sds))
     rng = generator(*key[:1], "limit", limit.name, *key[1:])
     draws = rng.standard_normal((drawn[0], len(known)))
-    for k, state in enumerate(known):
-        measured = isinstance(state, Measured)
-        draws[:, k] = state.value + state.sd * draws[:, k] if measured else state
+    for k, quantity in enumerate(known):
+        measured = isinstance(quantity, Measured)
+        draws[:, k] = quantity.value + quantity.sd * draws[:, k] if measured else quantity
     return float(limit.exceeded(draws).mean())
 
 

@@ -40,7 +40,7 @@ def record(proposal: "Proposal") -> Figure:
         axis.set(xlabel="sample", ylabel=f"travel ({travel.unit or 'no unit'})")
         style.title(figure, "No motion could be read", name, failed=True)
         return figure
-    first = [first_checked for first_checked in read if first_checked.column == read[0].column]
+    first = [motion for motion in read if motion.column == read[0].column]
     one, noise, shown = first[0].record, first[0].result.noise, first[:2]
     figure = style.new_figure(11.0, 9.4)
     grid = figure.add_gridspec(3, len(shown) + 1, height_ratios=[1.5, 0.9, 1.1])
@@ -142,14 +142,14 @@ def answer(estimates: Sequence["Estimate"], prior: np.ndarray) -> Figure:
         prior: Prior draws, ``(n, p)``.
     """
     usable = [estimate for estimate in estimates if not estimate.record.reason]
-    first = {state.record.motion: state for state in reversed(usable)}
+    first = {estimate.record.motion: estimate for estimate in reversed(usable)}
     figure = style.new_figure(12.0, 11.2)
     above, below = figure.subfigures(2, 1, height_ratios=[1.35, 1.0])
     size = {"height_ratios": [2, 1], "sharex": "col", "squeeze": False}
     grid = above.subplots(2, len(first), **size)
     for motion, (upper, lower) in zip(sorted(first), grid.T, strict=True):
         _fitted(upper, lower, first[motion], figure.get_figwidth() / len(first) - 0.9)
-    drawn = [state for state in usable if state.draws and state.record.motion == state.motions[0]]
+    drawn = [e for e in usable if e.draws and e.record.motion == e.motions[0]]
     *axes, last = below.subplots(2, 4).flat
     last.set_axis_off()
     for k, (axis, parameter) in enumerate(zip(axes, PARAMETERS, strict=True)):

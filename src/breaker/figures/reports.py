@@ -143,8 +143,8 @@ def _travels(drawn: Mapping, colours: Mapping, overlays: Sequence, axis: Axes) -
 
 
 def _resistances(drawn: Mapping, colours: Mapping, _: Sequence, axis: Axes) -> None:
-    for phase, own in drawn.items():
-        raw, time = own.record.raw, _curve(own)[0]
+    for phase, estimate in drawn.items():
+        raw, time = estimate.record.raw, _curve(estimate)[0]
         values = np.interp(time, raw.time, raw.resistance)
         if np.isfinite(values).any():
             axis.semilogy(time, values, color=colours[phase], lw=1.0, label=_name(phase))
@@ -170,7 +170,7 @@ def _signals(drawn: Mapping, colours: Mapping, _: Sequence, axis: Axes) -> None:
 def _differences(drawn: Mapping, colours: Mapping, overlays: Sequence, axis: Axes) -> None:
     if not overlays:
         return
-    difference(axis, overlays, colours, {k: own.record.raw.moves for k, own in drawn.items()})
+    difference(axis, overlays, colours, {k: e.record.raw.moves for k, e in drawn.items()})
     for phase in dict.fromkeys(overlay.phase for overlay in overlays):
         axis.plot([], [], color=colours[phase], label=_name(phase))
     left = [overlay for overlay in overlays if overlay.leaves]
