@@ -120,12 +120,18 @@ def measured_table(title: str, records: Sequence[RecordResult]) -> Table:
     rows = []
     for name, unit in {n: v["unit"] for e in records for n, v in _measured(e).items()}.items():
         values = [record["quantities"].get(name, {}) for record in records]
-        known = [value for value in values if "interval_95" in value]
-        halves = [value["interval_95"][1] - value["median"] for value in known]
-        if halves:
-            rows.append((name, unit, *map(_cell, values), in_digits(max(halves), 2)))
+        if half := half_of(values):
+            rows.append((name, unit, *map(_cell, values), half))
     head = ["", "unit", *(record.get("phase", "value") for record in records), "± 95 %"]
     return Table(head, rows, title, _notes(records))
+
+
+def half_of(values: Iterable[Value]) -> str:
+    """Return the largest distance from a value to the upper end of its 95 % interval; the lower one
+    may end at zero. Empty if no value has an interval.
+    """
+    halves = [e["interval_95"][1] - e["median"] for e in values if "interval_95" in e]
+    return in_digits(max(halves), 2) if halves else ""
 
 
 def _measured(record: RecordResult) -> dict[str, Value]:

@@ -3,14 +3,12 @@
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
-import numpy as np
-
 from breaker.common.numerals import in_digits
 from breaker.diagnosis.estimate import Estimate
 from breaker.diagnosis.limits import VERDICTS, worst
 from breaker.diagnosis.result import RecordResult
 from breaker.diagnosis.session import Diagnosis
-from breaker.diagnosis.tables import RESULTS, simultaneity_in_words
+from breaker.diagnosis.tables import RESULTS, half_of, simultaneity_in_words
 from breaker.model.quantities import INFERRED, OF_STROKE, in_words
 from breaker.page.curves import Tab, origins_of, spots_of
 
@@ -111,8 +109,7 @@ def _row(
             cells.append(Value(text, tone, own.get(name, ())))
         else:
             cells.append(Value("–", "faint"))
-    known = [value for value in values if "interval_95" in value]
-    half = max(float(np.ptp(value["interval_95"])) / 2.0 for value in known)
+    medians = [value["median"] for value in values if "interval_95" in value]
     low, high = ("" if bound is None else in_digits(bound, 6) for bound in bounds)
     return Row(
         in_words(name),
@@ -120,11 +117,11 @@ def _row(
         cells,
         worst(limit["verdict"] for limit in limits if limit),
         key=f"limits.{motion} {name}",
-        half=in_digits(half, 2),
+        half=half_of(values),
         unit=about["unit"],
         low=low,
         high=high,
-        deviation=_deviation([value["median"] for value in known], *bounds),
+        deviation=_deviation(medians, *bounds),
     )
 
 
