@@ -94,7 +94,6 @@ lint: $(INSTALLED)
 	$(BIN)/snakefmt --check Snakefile workflow
 	$(BIN)/snakemake --lint
 	$(BIN)/python docs/style.py
-	$(BIN)/python docs/style.py
 
 format: $(INSTALLED)
 	$(BIN)/ruff check --fix .

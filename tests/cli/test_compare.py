@@ -68,12 +68,10 @@ def test_a_weaker_force_is_measured_noticed_and_drawn(inspections, capsys):
         (["a.csv", "--today", "missing.csv"], "missing.csv"),
         (["a.csv", "--today", "b 2.csv", "--plot", "both.csv"], ".png"),
         (["a.csv", "--today", "b 2.csv", "--config", "known.yaml"], "known"),
-        (["a.csv", "--today", "b 2.csv", "--config-today", "seed.yaml"], "seed.yaml: seed "),
     ],
 )
 def test_what_cannot_be_compared_is_refused(folder, capsys, arguments, message):
     (folder / "known.yaml").write_text("known: {mu: [2.0, 0.1]}")
-    (folder / "seed.yaml").write_text("seed: 7\n")
     assert call(*arguments) == 1
     out, err = capsys.readouterr()
     assert out == ""
@@ -112,22 +110,23 @@ def test_a_phase_of_a_table_is_chosen_and_others_are_left_out(inspections, capsy
 
 
 def test_inspections_may_differ_in_rate_and_layout(inspections, capsys):
-    """The second one as another analyser exports it: at twice the rate, falling, no times."""
+    """The second one as another analyser exports it: at twice the rate, falling, no times; a
+    table states its layout.
+    """
     time, travel = np.loadtxt(inspections / "now/now.csv", delimiter=",", skiprows=6, unpack=True)
     fine = np.linspace(time[0], time[-1], 2 * time.size - 1)
     rows = (f"0;{x:.4f}" for x in -0.5 * np.interp(fine, time, travel))
-    (inspections / "now/other.csv").write_text("\n".join(["coil;way", *rows]))
-    form = "delimiter: ';', time_column: null, travel_column: way, rate: 20, ratio: 2, sign: -1"
-    (inspections / "other.yaml").write_text(f"endurance: {{format: {{{form}}}}}\n")
+    (inspections / "other").mkdir()
+    (inspections / "other/other.csv").write_text("\n".join(["coil;way", *rows]))
+    head = "file,motion,operation,channel,delimiter,time_column,rate,ratio,sign"
+    rows = (f"other.csv,{motion},1,way,;,none,20,2,-1" for motion in BOTH)
+    (inspections / "other/operations.csv").write_text("\n".join([head, *rows]))
 
     def today(*arguments):
         rows = compared(capsys, "then", "--today", *arguments)["measured"]
         return np.array([row["today"] for row in rows if row["name"] in ("stroke", "travel_time")])
 
-    other = today("now/other.csv", "--config-today", "other.yaml")
-    assert other == pytest.approx(today("now/now.csv"), rel=0.01)
-    assert call("then", "--today", "now/other.csv", "--config-before", "other.yaml") == 1
-    assert "now/other.csv" in capsys.readouterr().err
+    assert today("other") == pytest.approx(today("now/now.csv"), rel=0.01)
 
 
 def test_remarks_on_the_contact_and_phases_that_are_left_out_come_first(

@@ -3,7 +3,6 @@
 import json
 from pathlib import Path
 
-from breaker.common.text import save_frame
 from breaker.common.zarr_store import describe, save
 from breaker.prognosis.life import Life
 from breaker.prognosis.tables import change_table, decide, limit_table, sentences
@@ -18,7 +17,7 @@ said = sentences(life, decisions, limits, snakemake.params.advice)
 log.info(" ".join(said))
 
 save(describe(stands, "standing", planning=planning), output.standing)
-save_frame(decisions, output.decisions, digits=10)
-save_frame(limits, output.limits, digits=6)
-save_frame(change_table(life), output.changes, digits=4)
+decisions.to_csv(output.decisions, index=False, float_format="%.10g")
+limits.to_csv(output.limits, index=False, float_format="%.6g")
+change_table(life).to_csv(output.changes, index=False, float_format="%.4g")
 Path(output.words).write_text(json.dumps({"sentences": said}, indent=1), encoding="utf-8")

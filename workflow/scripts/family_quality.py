@@ -4,7 +4,6 @@ from pathlib import Path
 
 import pandas as pd
 
-from breaker.common.text import save_frame
 from breaker.common.zarr_store import open_store
 from breaker.paper.validation import family_quality
 from breaker.workflow.jobs import start
@@ -18,4 +17,4 @@ for store in (*snakemake.input.levels, *snakemake.input.changes):
     )
 table = pd.concat(tables)
 log.info("90 %% intervals hold %.3f to %.3f", table.coverage_90.min(), table.coverage_90.max())
-save_frame(table, snakemake.output[0], digits=5)
+table.to_csv(snakemake.output[0], index=False, float_format="%.5g")

@@ -3,7 +3,6 @@
 from pathlib import Path
 
 from breaker.common.document import Document, Table, html_page
-from breaker.common.text import save_frame
 from breaker.prognosis.fleet_table import fleet_table, read_results
 from breaker.workflow.jobs import start
 
@@ -14,7 +13,7 @@ log = start(snakemake)
 chunks = [Path(file).read_text(encoding="utf-8") for file in snakemake.input.chunks]
 table = fleet_table([drive for text in chunks for drive in read_results(text)])
 log.info("%d drives: %s", len(table), table.state.value_counts().to_dict())
-save_frame(table, snakemake.output.table, digits=6)
+table.to_csv(snakemake.output.table, index=False, float_format="%.6g")
 texts = table[SHOWN].map(lambda cell: f"{cell:.3g}" if isinstance(cell, float) else str(cell))
 rows = texts.mask(table[SHOWN].isna(), "").to_numpy().tolist()
 head = [name.replace("_", " ") for name in SHOWN]

@@ -2,7 +2,6 @@
 
 import pandas as pd
 
-from breaker.common.text import save_frame
 from breaker.common.zarr_store import save
 from breaker.paper.validation import intervals, table
 from breaker.records.curves import open_curves
@@ -21,4 +20,4 @@ for by in snakemake.output.keys() - {"table"}:
     known = result.accepted & ~result.misfit
     log.info("%s: %d of %d operations fit", by, known.sum(), result.sizes["operation"])
 rows = pd.concat(tables).sort_values("operation", kind="stable", ignore_index=True)
-save_frame(rows, snakemake.output.table, digits=6)
+rows.to_csv(snakemake.output.table, index=False, float_format="%.6g")

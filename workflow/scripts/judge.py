@@ -1,6 +1,5 @@
 """Hold the network's own density against the exact posterior, curve by curve."""
 
-from breaker.common.text import save_frame
 from breaker.common.zarr_store import describe, open_store, save
 from breaker.paper.correction import judge
 from breaker.paper.posterior import Posterior
@@ -17,4 +16,4 @@ table = summary(judged, corrected)
 log.info("%s", ", ".join(f"{key} {value:.4g}" for key, value in table.iloc[0, 1:].items()))
 title = f"the {posterior.motion} network against the exact posterior"
 save(describe(judged, title, model=posterior.settings), snakemake.output.store)
-save_frame(table, snakemake.output.table, digits=5)
+table.to_csv(snakemake.output.table, index=False, float_format="%.5g")

@@ -2,7 +2,6 @@
 
 import pandas as pd
 
-from breaker.common.text import save_frame
 from breaker.common.zarr_store import open_store
 from breaker.paper.validation import quality, scale_of
 from breaker.workflow.jobs import start
@@ -31,4 +30,4 @@ for posterior, data, files in (("amortised", amortised, reader), ("corrected", c
     )
     table.insert(0, "posterior", posterior)
     tables.append(table)
-save_frame(pd.concat(tables), snakemake.output[0], digits=5)
+pd.concat(tables).to_csv(snakemake.output[0], index=False, float_format="%.5g")

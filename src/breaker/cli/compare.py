@@ -4,15 +4,10 @@ import argparse
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from functools import reduce
-from operator import getitem
 
 from breaker.cli import inputs
 from breaker.cli.outputs import check_outputs, draw, say_written
 from breaker.common.text import say
-
-_INSPECTIONS = ("before", "today")
-_SHARED = ("seed", "known", "speeds", "endurance.misfit_p_value")  # shared by both inspections
 
 
 def add(compare: argparse.ArgumentParser) -> None:
@@ -24,9 +19,6 @@ def add(compare: argparse.ArgumentParser) -> None:
     inputs.add_path(compare, "before", "BEFORE", "records of the earlier inspection", nargs="+")
     today = inputs.SEVERAL | {"required": True}
     inputs.add_path(compare, "--today", "TODAY", "records of the later inspection", **today)
-    for name in _INSPECTIONS:
-        what = f"configuration files of the inspection {name} only, which replace keys of --config"
-        inputs.add_path(compare, f"--config-{name}", "YAML", what, **inputs.SEVERAL)
     inputs.add_choice(compare)
     same = "state that both inspections have the same transducer and ratio"
     compare.add_argument("--same-transducer", action="store_true", help=same)
@@ -36,12 +28,8 @@ def add(compare: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Read both inspections, compare them, and print the comparison."""
-    own = {name: getattr(options, f"config_{name}") for name in _INSPECTIONS}
-    named = {"before": options.before, "today": options.today}
-    read = [*named.values(), options.config, *own.values()]
-    check_outputs([(options.plot, "picture")], [file for some in read for file in some])
+    check_outputs([(options.plot, "picture")])
     config = inputs.settings_of(options.config)
-    configs = {name: _config_of(files, options.config, config) for name, files in own.items()}
     if config["known"]:
         raise ValueError("breaker compare takes records alone; leave the section known out")
     # Imported here, so that --help and wrong options answer at once.
@@ -61,9 +49,8 @@ def run(options: argparse.Namespace) -> int:
     types, inspections, opened, doubts = types_of(config), {}, Files(), []
     limits = inputs.limits_of(config, options.config)
     both = Diagnosis(config, limits, types=types, same_transducer=options.same_transducer)
-    for name in _INSPECTIONS:
-        own = Diagnosis(configs[name], types=types)
-        own = own.of_files(named[name], choice, opened, options.type)
+    for name, files in (("before", options.before), ("today", options.today)):
+        own = Diagnosis(config, types=types).of_files(files, choice, opened, options.type)
         inspections[name], stated = own.records, own.type
         doubts += contact_doubts(own)
         doubts += [] if options.phase or options.channel else phases_left_out(own.records, opened)
@@ -79,20 +66,6 @@ def run(options: argparse.Namespace) -> int:
     say(to_json(document) if options.json else text_of(words_of_change(document)))
     say_written(written, options.json)
     return 0
-
-
-def _config_of(own: Sequence[str], shared: Sequence[str], config: Mapping) -> Mapping:
-    """Return the configuration of an inspection; its own files must not change shared keys."""
-    changed_config = inputs.settings_of([*shared, *own]) if own else config
-    for key in _SHARED:
-        here, both = (
-            reduce(getitem, key.split("."), source) for source in (changed_config, config)
-        )
-        if here != both:
-            raise ValueError(
-                f"{' '.join(own)}: {key} is shared by both inspections; set it by --config"
-            )
-    return changed_config
 
 
 def _check_inspections(inspections: Mapping[str, Sequence]) -> None:

@@ -23,10 +23,7 @@ def add(fit_prior: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Fit the prior, and print its report and the lines of configuration."""
-    check_outputs(
-        [(options.output, "lines"), (options.plot, "picture")],
-        [*options.folders, *options.config],
-    )
+    check_outputs([(options.output, "lines"), (options.plot, "picture")])
     config = settings_of(options.config)
     from breaker.common.document import text_of
     from breaker.configuration.definitions import types_of

@@ -48,8 +48,7 @@ def _check(options: argparse.Namespace) -> None:
     """Refuse options that contradict each other before anything is read."""
     if models := [file for file in options.files if file.endswith(".safetensors")]:
         raise ValueError(f"{models[0]} is a network, not a record; name it by --model")
-    outputs = [(options.output, "table"), (options.plot, "picture")]
-    check_outputs(outputs, [*options.files, *filter(None, [options.model]), *options.config])
+    check_outputs([(options.output, "table"), (options.plot, "picture")])
     names = [name for name, _ in options.known]
     if twice := next((name for name in names if names.count(name) > 1), ""):
         raise ValueError(f"--known has {twice} twice; leave one of them out")

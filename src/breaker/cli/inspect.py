@@ -7,7 +7,7 @@ from pathlib import Path
 
 from breaker.cli.inputs import SEVERAL, add_path, settings_of
 from breaker.cli.outputs import check_outputs, draw, say_written, write_lines
-from breaker.common.text import say, visible_text
+from breaker.common.text import say
 
 
 def add(inspect: argparse.ArgumentParser) -> None:
@@ -17,7 +17,6 @@ def add(inspect: argparse.ArgumentParser) -> None:
     with the table, or with numbered files, the command reads all records and prints which are
     accepted, and why others are not. The exit status is 1 if no record of a motion is accepted.
     """
-    inspect.set_defaults(smaller="export the record with fewer channels")
     add_path(inspect, "file", "FILE|FOLDER", "an exported record, or a folder of records")
     inspect.add_argument("--channel", default="", metavar="NAME", help="column of travel")
     add_path(inspect, "--output", "YAML|CSV", "write the proposal to this new file")
@@ -33,8 +32,7 @@ def run(options: argparse.Namespace) -> int:
     folder = os.path.isdir(options.file)
     unfit = ("channel", "plot") if folder else ("channels",)
     _refuse(options, unfit, f"is not for a {'folder' if folder else 'file'}")
-    outputs = [(options.output, "lines"), (options.plot, "picture")]
-    check_outputs(outputs, [options.file, *options.config])
+    check_outputs([(options.output, "lines"), (options.plot, "picture")])
     config = settings_of(options.config)
     if not folder:
         return _look_into(options, config)
@@ -126,8 +124,6 @@ def _propose(options: argparse.Namespace, config: Mapping) -> int:
     else:
         say(text, end="")
         step = f"write it with --output {Path(options.file, 'operations.csv')}, complete it"
-        if visible_text(text) != text:
-            remarks.append("escapes stand for signs; with --output it has the signs themselves")
     for remark in remarks:
         say(f"check: {remark}", on_stderr=True)
     step += f" as operations.csv in the folder, and run breaker inspect {options.file} again"

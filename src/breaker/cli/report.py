@@ -33,8 +33,7 @@ def add(report: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Read, infer and judge the inspection, and write its report."""
-    read = [*options.files, *options.before, *filter(None, [options.reference]), *options.config]
-    check_outputs([(options.output, "report")], read)
+    check_outputs([(options.output, "report")])
     if options.output.lower().endswith(".pdf"):
         from breaker.common.document import weasyprint
 
@@ -45,7 +44,7 @@ def run(options: argparse.Namespace) -> int:
 
     report = report_of(diagnosis)
     content, lacking = content_of(report, Path(options.output).suffix)
-    write(options.output, lambda part: part.write_bytes(content))
+    write(options.output, content)
     *warnings, verdict = report.summary
     for warning in warnings:
         say(warning)

@@ -13,7 +13,6 @@ from io import StringIO
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from breaker.common.text import as_meant
 from breaker.model.parameters import MOTIONS
 from breaker.records.dates import cell_date, dates_of, day_order, earlier
 from breaker.records.files import MOST_COLUMNS, RejectedCurveError, printable, read_bytes
@@ -129,7 +128,7 @@ def _rows(file: Path) -> list[tuple[int, dict[str, str]]]:
         names = reader.fieldnames = [name.strip().lower() for name in reader.fieldnames or ()]
         for row in reader:
             row[""] = "".join(row.get("") or "")
-            cells = {name: as_meant((cell or "").strip()) for name, cell in row.items()}
+            cells = {name: (cell or "").strip() for name, cell in row.items()}
             if any(cells.values()):
                 rows_read.append((line + reader.line_num, cells))
     except csv.Error as error:
