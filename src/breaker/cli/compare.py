@@ -37,11 +37,7 @@ def run(options: argparse.Namespace) -> int:
     from breaker.common.plain_values import to_json
     from breaker.configuration.definitions import types_of
     from breaker.diagnosis.identity import phases_left_out
-    from breaker.diagnosis.inspection_change import (
-        compare_inspections,
-        contact_doubts,
-        words_of_change,
-    )
+    from breaker.diagnosis.inspection_change import compare_inspections, words_of_change
     from breaker.diagnosis.session import Diagnosis
     from breaker.records.files import Files
 
@@ -52,7 +48,6 @@ def run(options: argparse.Namespace) -> int:
     for name, files in (("before", options.before), ("today", options.today)):
         own = Diagnosis(config, types=types).of_files(files, choice, opened, options.type)
         inspections[name], stated = own.records, own.type
-        doubts += contact_doubts(own)
         doubts += [] if options.phase or options.channel else phases_left_out(own.records, opened)
     _check_inspections(inspections)
     both = both.of_type(stated) if stated else both

@@ -229,17 +229,6 @@ def compare_inspections(diagnosis: Diagnosis, inspections: Inspections) -> Inspe
     return replace(document, advice=advice)
 
 
-def contact_doubts(diagnosis: Diagnosis) -> list[Sentence]:
-    """Infer records that have a contact; return remarks on contacts that disagree with travel."""
-    doubts = []
-    timed = any(record.timed for record in diagnosis.records if record.raw)
-    for estimate in diagnosis.estimates if timed else ():
-        file, motion = printable(estimate.record.operation.file), estimate.record.motion
-        remarks = (e for e in estimate.remarks if getattr(e, "code", "") == "contact-disagrees")
-        doubts += [say("disturbed", file=file, motion=motion, remark=remark) for remark in remarks]
-    return doubts
-
-
 def inspection_change(
     pair: Pair,
     changes: NetworkChanges,

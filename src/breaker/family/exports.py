@@ -14,7 +14,7 @@ from breaker.configuration.loading import read
 from breaker.family.curve_file import rows, texts, write_curve
 from breaker.family.endurance import EnduranceTest
 from breaker.family.rich_drive import Drive
-from breaker.model.parameters import GAP, MOTIONS, Size
+from breaker.model.parameters import MOTIONS, Size
 from breaker.model.prior import Prior
 from breaker.model.sensor import Sensor
 
@@ -52,23 +52,26 @@ def write_wide(
 
 def _close_open(
     drive: Drive, time: np.ndarray, numbers: Mapping, poles: int, rng: np.random.Generator
-) -> tuple[list[Drive], np.ndarray, np.ndarray]:
-    """Simulate a close and an open of poles that scatter around a drive: return their drives,
-    starts of the motions, ``(poles, m)``, ms, and travel, ``(poles, t)``, mm.
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Simulate a close and an open of poles that scatter around a drive.
+
+    Returns:
+        Starts of the motions and when the contact touches and separates, ``(poles, m)``, ms, and
+        travel, ``(poles, t)``, mm.
     """
     trigger = numbers["start"] + numbers["start_sd"] * rng.standard_normal()
-    drives, starts, travels = [], [], []
+    starts, switches, travels = [], [], []
     for _ in range(poles):
         sds = {name: sd * rng.standard_normal() for name, sd in numbers["scatter"].items()}
         own = drive.changed(**{n: drive.value(n) * (1.0 + sd) for n, sd in sds.items()})
         shifts = numbers["phases_sd"] * rng.standard_normal(2)
         begins = trigger + shifts + (0.0, numbers["apart"])
-        ways = [own.travel(m, time - at) for m, at in zip(MOTIONS, begins, strict=True)]
-        way = np.where(time < begins[1], *ways)
+        both = [own.operate(m, time - at) for m, at in zip(MOTIONS, begins, strict=True)]
+        way = np.where(time < begins[1], *(travel for travel, _ in both))
         travels.append(way + numbers["noise_sd"] * rng.standard_normal(time.size))
-        drives.append(own)
         starts.append(begins)
-    return drives, np.array(starts), np.array(travels)
+        switches.append(begins + [switching for _, switching in both])
+    return np.array(starts), np.array(switches), np.array(travels)
 
 
 def write_close_opens(
@@ -84,7 +87,7 @@ def write_close_opens(
     time, starts = np.arange(0.0, _HIGH["length"], 1.0 / _HIGH["rate"]), {}
     for operation in operations:
         rng, large = generator(seed, "high voltage", operation), drive.scaled(HIGH_VOLTAGE)
-        _, starts[operation], travels = _close_open(large, time, _HIGH, len(CHANNELS), rng)
+        starts[operation], _, travels = _close_open(large, time, _HIGH, len(CHANNELS), rng)
         travels[-1, round(0.95 * time.size) :] = np.nan  # a channel that ends early
         file = folder / f"rack_{operation:04d}.txt"
         write_wide(file, time, travels, motion="close-open", operation=operation)
@@ -109,11 +112,12 @@ def write_inspections(settings: Mapping, folder: Path) -> int:
 def _inspection(drive: Drive, rng: np.random.Generator) -> dict[str, list[str]]:
     """Return the columns of a close and an open of three poles, as text."""
     time = np.arange(round(_VISITS["length"] * _VISITS["rate"])) / _VISITS["rate"]
-    drives, starts, travels = _close_open(drive, time, _VISITS, 3, rng)
+    starts, switches, travels = _close_open(drive, time, _VISITS, 3, rng)
     columns = {"Time (ms)": texts(time, 2)}
     columns |= {f"Travel {p} (mm)": texts(way, 3) for p, way in zip("RST", travels, strict=True)}
-    for pole, own, way in zip("RST", drives, travels, strict=True):
-        columns[f"Contact {pole}"] = texts(1.0 * (way > own.value(GAP.name)), 0)
+    for pole, (touch, separation) in zip("RST", switches, strict=True):
+        closed = (time >= touch) & (time < separation)
+        columns[f"Contact {pole}"] = texts(1.0 * closed, 0)
     for motion, start in zip(MOTIONS, starts[0], strict=True):
         after = time - (start - _VISITS["delay"])
         flows = (after > 0.0) & (after < _VISITS["lasts"])
