@@ -1,1 +1,0 @@
-"""Other tools and this one with equal budgets: ``python -m studies.peers``."""
