@@ -83,7 +83,7 @@ def test_probability_of_measured_values():
         ("stroke", 178, 5, {}, [183, 173] * 2, "record"),
         ("closing_speed", 4.0, "± 2.5 %", {}, [4.1, 3.9], "record"),
         ("L", 10, "+-10%", {"motion": "opening"}, [11, 9], "model"),
-        ("f", 0, "15 %", {"of": "change"}, [15, -15], "change"),
+        ("f", -3, "15 %", {"of": "change"}, [12, -18], "change"),
     ],
 )
 def test_a_reference_is_two_limits_in_each_motion_that_has_the_quantity(

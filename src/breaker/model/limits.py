@@ -257,9 +257,10 @@ def _band(entry: Mapping[str, Any], speeds: Sequence[Speed]) -> Iterator[dict[st
     known = quantities(speeds).get(quantity)
     about = {"of": "record" if known and "record" in known.of else "model", **entry}
     middle, text = _number(about, entry["reference"]), str(entry["tolerance"]).lstrip("±+/- ")
-    share = abs(middle) / 100.0 if text.endswith("%") and about["of"] != "change" else 1.0
-    away = share * float(text.removesuffix("%"))
-    if not away > 0.0 or (text.endswith("%") and away >= abs(middle) > 0.0):
+    amount = float(text.removesuffix("%"))
+    of_middle = text.endswith("%") and about["of"] != "change"
+    away = amount * abs(middle) / 100.0 if of_middle else amount
+    if not away > 0.0 or (of_middle and amount >= 100.0):
         raise ValueError(f"{name}: tolerance is {text}. Write one above 0 and below 100 %.")
     motions = known.motions if known else MOTIONS
     motions = [entry["motion"]] if "motion" in entry else motions
