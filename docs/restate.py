@@ -27,7 +27,6 @@ _MARKED = re.compile(r"<!-- numbers:(?P<names>[^>]*?)-->\n(?P<block>.+?)(?=\n\s*
 _NUMBER = re.compile(r"(?<![\w.−-])[−-]?\d+(?:,\d{3})*(?:\.\d+)?(?!\w)")
 _RESULT = re.compile(r"(?<!Python 3)(?<=\d)(?:\.\d| %)")
 _PARAMETERS = ("mu", "k_a", "k_b", "gamma_a", "gamma_b", "f", "L")
-_COST = ("cost relative to a fixed interval", "the same, from (90 %)", "the same, to (90 %)")
 _CODE = re.compile(r"```.*?```|`[^`\n]*`", re.S)
 
 
@@ -67,9 +66,7 @@ def from_tables() -> dict[str, str]:
         numbers[f"{name}.values"] = row["values"]
     for limit, records in (("measured", "monitoring"), ("changed", "monitoring")):
         (row,) = _rows("plans.csv", limit=limit, **{"looked at": records})
-        cost = [f"{float(value):.2f}" for key, value in row.items() if key in _COST]
-        ends = dict(zip(("cost", "low", "high"), cost, strict=True))
-        numbers |= {f"{limit}.{key}": value for key, value in ends.items()}
+        numbers |= {f"{limit}.{key}": f"{float(row[key]):.2f}" for key in ("cost", "low", "high")}
         numbers[f"{limit}.lives"] = row["lives"]
     for kind in ("due", "planned"):
         (row,) = _rows("alarms.csv", reported=kind, limit="measured")

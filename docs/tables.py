@@ -181,16 +181,15 @@ def force_or_ratio() -> Rows:
 def followed() -> Rows:
     """Coverage over lives, followed continuously and by inspections of few records."""
     table = [["coverage of 90 % intervals", "continuous monitoring", "few records"]]
-    lives, few = ({row["score"]: row for row in read(name)} for name in ("lives", "few"))
-    scores = {f"change of {name}": name for name in NAMES}
-    scores |= {"measured limits": "operations left, limits on measured quantities"}
-    scores |= {"changed limits": "operations left, limits on changes"}
-    for score, word in scores.items():
+    rows = {(row["set"], row["name"]): row for row in read("lives")}
+    words = {name: name for name in NAMES}
+    words |= {"measured": "operations left, limits on measured quantities"}
+    words |= {"changed": "operations left, limits on changes"}
+    for name, word in words.items():
         cells = []
-        for rows, column in ((lives, "other"), (few, "few")):
-            row = next(r for key, r in rows.items() if key.startswith(score) and "coverage" in key)
-            low, high = (percent(row[f"{column}_{end}"]) for end in ("low", "high"))
-            cells.append(f"{percent(row[column])} ({low} to {high}; n = {row[f'{column}_count']})")
+        for row in (rows["other", name], rows["few", name]):
+            share, low, high = (percent(row[key]) for key in ("coverage", "low", "high"))
+            cells.append(f"{share} ({low} to {high}; n = {row['count']})")
         table.append([word, *cells])
     return table
 
@@ -199,11 +198,11 @@ def services() -> Rows:
     """Services of lives by the plan, and their cost."""
     table = [["limits on", "records", "lives", "serviced in time", "cost (90 % interval)"]]
     for row in read("plans"):
-        cost, low, high = [*row.values()][10:13]
         n, share = int(row["lives"]), float(row["serviced in time"])
+        cost, low, high = (f"{float(row[key]):.2f}" for key in ("cost", "low", "high"))
         limit = {"changed": "changes", "measured": "measured quantities"}[row["limit"]]
         cells = [limit, row["looked at"], str(n), f"{share * n:.0f} of {n}"]
-        table.append([*cells, f"{float(cost):.2f} ({float(low):.2f} to {float(high):.2f})"])
+        table.append([*cells, f"{cost} ({low} to {high})"])
     return table
 
 
@@ -211,11 +210,9 @@ def alarms() -> Rows:
     """False alarms of drives that do not wear."""
     table = [["reported", "limits on", "false", "per 1,000 operations, at most (95 %)"]]
     for row in read("alarms"):
-        kind = [*row.values()][1]
         limit = {"": "–", "changed": "changes", "measured": "measured quantities"}[row["limit"]]
-        table.append(
-            [kind, limit, f"{row['false']} of {row['of']}", f"{float(row['at most (95 %)']):.2f}"]
-        )
+        false, most = f"{row['false']} of {row['of']}", f"{float(row['at_most']):.2f}"
+        table.append([row["reported"], limit, false, most])
     return table
 
 

@@ -1,9 +1,6 @@
 """Simulated lives, and the cost of their services relative to the best fixed interval."""
 
-from types import SimpleNamespace
-
 import numpy as np
-import pandas as pd
 import pytest
 import xarray as xr
 
@@ -11,7 +8,7 @@ from breaker.configuration.loading import load
 from breaker.model.limits import Limit
 from breaker.model.prior import Prior
 from breaker.prognosis.states import STATES
-from studies.lives import against_fixed, alarms_of, planned_of, shown_beyond
+from studies.lives import against_fixed, alarms_of, serviced
 from studies.other_lives import LAWS, RECORDS, OtherLife
 
 
@@ -33,7 +30,7 @@ def test_a_share_of_the_wear_is_reached_when_the_law_says():
     assert all(worn.more[n] == life.drive.more[n] * (1.0 + life.factors[n]) for n in names)
 
 
-@pytest.mark.parametrize("length", [700.0, 1083.0, 1599.0, 4000.0])
+@pytest.mark.parametrize("length", [700.0, 1083.0, 4000.0])
 def test_records_last_to_the_end_of_a_life(length):
     """A life whose records end before it fails would count as a failure."""
     operations = OtherLife(None, {}, "straight", length, 0.0).operations
@@ -52,46 +49,37 @@ def test_the_cost_is_relative_to_the_best_interval_of_all_other_lives():
     assert never == pytest.approx(20.0 * intime)
 
 
-def test_a_life_that_is_never_serviced_fails():
-    lives = pd.DataFrame({"fails": [100.0, 100.0, 200.0], "service": [90.0, np.inf, 150.0]})
-    lives[["first", "known", "records", "count", "moves"]] = [50.0, True, 10, 0, 1]
-    lives["shown"] = [120.0, np.inf, 100.0]
-    result = planned_of(lives)
-    assert result["serviced in time"] == 2.0 / 3.0
-    assert result["serviced before records show it"] == 2.0 / 3.0
-    assert result["share of the life given away"] == pytest.approx(0.175)
-    assert result["rows with service_by behind the 5 % quantile"] == 0.0
-
-
-def test_records_show_a_limit_beyond_once_their_median_is():
-    """Readings of a line that single ones leave by far more than the limit is away."""
-    values = np.linspace(0.0, 10.0, 201)
-    values[::10] += 30.0
-    measured = SimpleNamespace(measured={"stroke": values})
-    series = SimpleNamespace(operations=np.arange(201), motions={"closing": measured})
-    limit = Limit("measured", "closing", (("stroke", 7.0, True),), of="record")
-    assert shown_beyond(limit, series) == pytest.approx(140.0, abs=4.0)
-    never = Limit("measured", "closing", (("stroke", 70.0, True),), of="record")
-    assert shown_beyond(never, series) == np.inf
-    assert np.isnan(shown_beyond(Limit("changed", "", (("f", 7.0, True),), of="change"), series))
+@pytest.mark.parametrize(
+    ("states", "by", "service"),
+    [
+        (["ok"] * 4, [np.inf] * 4, np.inf),
+        (["ok", "planned", "planned", "due"], [np.inf, 250, 250, 400], 250),
+        (["ok", "planned", "planned", "due"], [np.inf, 450, 450, 400], 400),
+        (["planned", "ok", "ok", "ok"], [150, np.inf, np.inf, np.inf], 150),
+        (["planned", "ok", "ok", "ok"], [250, np.inf, np.inf, np.inf], np.inf),
+    ],
+)
+def test_a_planned_service_is_done_if_it_comes_before_the_next_look(states, by, service):
+    state = np.array([[STATES.index(name)] for name in states])
+    columns = {"state": state, "service_by": np.array(by, dtype=float)[:, None]}
+    stands = xr.Dataset(
+        {name: (("operation", "limit"), values) for name, values in columns.items()},
+        {"operation": [100, 200, 300, 400], "limit": ["a"]},
+    )
+    limit = Limit("a", "", (("f", -7.0, False),), of="change")
+    assert serviced(limit, 390.0, "monitoring", stands)["service"] == service
 
 
 def test_a_false_alarm_counts_with_the_time_before_it():
-    """A drive that is told now from operation 300 on; nothing else, and nothing before 100."""
+    """A service that is due from operation 300 on; nothing else, and nothing before 100."""
     operations = np.arange(0, 500, 10)
     state = np.where(operations >= 300, STATES.index("due"), STATES.index("ok"))[:, None]
     about = {"operation": operations, "limit": ["measured stroke"]}
     stands = xr.Dataset({"state": (("operation", "limit"), state)}, about)
     data = xr.Dataset(
-        {
-            "unchanged": (("asked", "parameter"), np.ones((50, 7))),
-            "noticed": ("change", np.zeros(0)),
-        },
+        {"unchanged": (("asked", "parameter"), np.ones((50, 7))), "noticed": ("change", [])},
         {"operation": operations, "asked": operations},
         {"reported_from": 100},
     )
-    result = pd.DataFrame(alarms_of(data, {"monitoring": stands})).set_index("names")
-    assert result.operation.to_dict() == {"planned": 200, "due": 200, "worn": 390, "change": 390}
-    assert np.isfinite(result["first"]).to_dict() == {
-        "planned": True, "due": True, "worn": False, "change": False
-    }  # fmt: skip
+    rows = {row["kind"]: (row["operations"], row["false"]) for row in alarms_of(data, stands)}
+    assert rows == {"planned": (200, 1), "due": (200, 1), "worn": (390, 0), "change": (390, 0)}
