@@ -41,7 +41,7 @@ def test_an_interval_is_central():
 )
 def test_both_sides_of_a_range_are_one_verdict(value, word):
     row = verdict(value, ("lower", 90.0), ("upper", 110.0))
-    assert row["verdict"] == word
+    assert (row["name"], row["verdict"]) == ("stroke", word)
     assert [part["bounds"] for part in row["parts"]] == [[90.0, 110.0]]
     assert (row["reason"] is None) == (word != "inconclusive")
 

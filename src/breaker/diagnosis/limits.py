@@ -116,7 +116,8 @@ def _exceedance(limit: Limit, known: Sequence[Known], key: Sequence) -> float:
     if not drawn:
         values, sds = np.array([quantity[:2] for quantity in known]).T
         return float(limit.measured_exceedance(values, sds))
-    rng = generator(*key[:1], "limit", limit.name, *key[1:])
+    seed, *more = key
+    rng = generator(seed, "limit", limit.name, *more)
     draws = rng.standard_normal((drawn[0], len(known)))
     for k, quantity in enumerate(known):
         measured = isinstance(quantity, Measured)

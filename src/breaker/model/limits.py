@@ -223,7 +223,7 @@ def entries_of_type(
         first, _, name = key.rpartition(" ")
         unit = every[name].unit if name in every else ""
         low, high = (_in_unit(key, end, unit) for end in ends)
-        motions = [first] if first else every[name].motions if name in every else MOTIONS[:1]
+        motions = [first] if first else every[name].motions if name in every else MOTIONS
         if (None not in (low, high) and not low < high) or low is high is None:
             raise ValueError(f"{key}: from {low} to {high} allows nothing or all. Correct an end.")
         for motion in motions:
