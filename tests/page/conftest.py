@@ -12,10 +12,10 @@ from urllib.parse import parse_qs
 import numpy as np
 import pytest
 
-from breaker.cli.view import commands
+from breaker.cli.inputs import limits_of, settings_of
 from breaker.page.server import HOST, PageServer
 from breaker.page.session import Session
-from breaker.page.views import VIEWS, Asked, File
+from breaker.page.views import VIEWS, Asked
 from tests.exports import pole, write
 
 ODD = "Coil <b>&\"' (A)"
@@ -23,23 +23,20 @@ REFUSED = 422
 
 
 class Views:
-    """What views answer without a server: text, bytes, what JSON holds, or an error's status."""
+    """What views answer without a server: text, what JSON holds, or an error's status."""
 
     def __init__(self, folder, own, *overlays):
-        self.types, config = own / "types.yaml", [*map(str, overlays)]
-        self.session = Session(str(folder), config, commands(), own, types=str(self.types))
+        self.types, config = own / "types.yaml", settings_of([*map(str, overlays)])
+        limits = limits_of(config, overlays)
+        self.session = Session(str(folder), config, limits, types=str(self.types))
 
-    def __call__(self, path, body=None, files=()):
-        path, _, query = path.partition("?")
-        name, _, rest = path[1:].partition("/")
-        parts = [SimpleNamespace(filename=name, body=content) for name, content in files]
-        request = SimpleNamespace(body=body, files={"file": parts})
-        asked = Asked(self.session, rest, parse_qs(query, keep_blank_values=True), request)
+    def __call__(self, path, body=None):
+        name, _, query = path[1:].partition("?")
+        asked = Asked(self.session, parse_qs(query, keep_blank_values=True), body)
         try:
             answer = VIEWS["GET" if body is None else "POST", name](asked)
         except (ValueError, OSError) as error:
             return getattr(error, "status", REFUSED)
-        answer = answer.content if isinstance(answer, File) else answer
         return json.loads(json.dumps(answer)) if isinstance(answer, dict) else answer
 
     def set(self, of_type, key, *ends):

@@ -84,23 +84,3 @@ def add_reference(command: argparse.ArgumentParser) -> None:
     add_path(command, "--reference", "GOOD", "good record, over which the others are drawn")
     what = "half width of the band around the good record, of the stroke (default: 5)"
     command.add_argument("--tolerance", type=percent, metavar="PERCENT", help=what)
-
-
-def overlays_of(records: Sequence, good: Sequence, options: argparse.Namespace) -> list:
-    """Return each ``Overlay`` of records over good ones; none where no ``--reference`` is named.
-
-    Raises:
-        ValueError: If no good record fits, or a tolerance is given without one.
-    """
-    if options.reference is None:
-        if options.tolerance is not None:
-            raise ValueError("--tolerance is of a --reference, which is not given; name a record")
-        return []
-    from breaker.diagnosis.curves import TOLERANCE, overlaid
-
-    if good and all(record.reason for record in good):
-        raise ValueError(f"the reference cannot be used: {good[0].reason}")
-    if not (laid_over := overlaid(records, good, options.tolerance or TOLERANCE)):
-        lacks = f"has no usable {' or '.join(dict.fromkeys(record.motion for record in records))}"
-        raise ValueError(f"the reference {options.reference} {lacks}; name one that has")
-    return laid_over

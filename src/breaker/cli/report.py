@@ -1,7 +1,6 @@
 """`breaker report`: write a test report of an inspection."""
 
 import argparse
-from dataclasses import replace
 from pathlib import Path
 
 from breaker.cli import inputs
@@ -38,9 +37,23 @@ def run(options: argparse.Namespace) -> int:
         from breaker.common.document import weasyprint
 
         weasyprint()  # if it lacks, that is said before any work is done
-    diagnosis = read_of(options)
-    # Imported here, so that what is wrong with the records is said first.
+    config = inputs.settings_of(options.config)
+    limits = inputs.limits_of(config, options.config)
+    # Imported here, so that --help and wrong options answer at once.
+    from breaker.diagnosis.inspection import read_inspection
     from breaker.diagnosis.report import report_of
+
+    diagnosis = read_inspection(
+        config,
+        limits,
+        options.files,
+        before=options.before,
+        channels=options.channel,
+        of_type=options.type,
+        reference=options.reference or "",
+        tolerance=options.tolerance,
+        same_transducer=options.same_transducer,
+    )
 
     report = report_of(diagnosis)
     content, lacking = content_of(report, Path(options.output).suffix)
@@ -52,37 +65,6 @@ def run(options: argparse.Namespace) -> int:
         say(f"breaker: not in the report: {reason}", on_stderr=True)
     say("\n".join(filter(None, [verdict, f"report written to {options.output}", lacking])))
     return 0
-
-
-def read_of(options: argparse.Namespace, opened=None):
-    """Return the ``Diagnosis`` of the options; the entry of its type may name the good record.
-
-    ``opened`` are ``Files``, in which each file is opened once.
-
-    Raises:
-        OSError, ValueError: If there is nothing of which a report can be.
-    """
-    from breaker.configuration.definitions import types_of
-    from breaker.diagnosis.identity import check_inspection
-    from breaker.diagnosis.session import Diagnosis, given_by
-    from breaker.records.files import Files
-    from breaker.records.named import Choice
-
-    config = inputs.settings_of(options.config)
-    limits = inputs.limits_of(config, options.config)
-    choice, opened = Choice(channels=options.channel, every=True), opened or Files()
-    diagnosis = Diagnosis(config, limits, given_by(config), types=types_of(config))
-    diagnosis = diagnosis.of_files(options.files, choice, opened, options.type)
-    options.reference = options.reference or diagnosis.reference or None
-    good = [options.reference] if options.reference else []
-    before, good = (
-        diagnosis.of_files(named, choice, opened, diagnosis.type).records
-        for named in (options.before, good)
-    )
-    check_inspection(diagnosis.records, before)
-    overlays = inputs.overlays_of(diagnosis.records, good, options)
-    about = {"overlays": overlays, "same_transducer": options.same_transducer}
-    return replace(diagnosis, before=before, **about)
 
 
 def content_of(report, ending: str) -> tuple[bytes, str]:

@@ -3,7 +3,6 @@
 import argparse
 import gc
 import importlib.util
-import os
 import sys
 import tempfile
 import webbrowser
@@ -11,8 +10,7 @@ from contextlib import suppress
 from pathlib import Path
 
 from breaker import DISTRIBUTION
-from breaker.cli.inputs import add_path, settings_of
-from breaker.cli.report import content_of, read_of
+from breaker.cli.inputs import add_path, limits_of, settings_of
 from breaker.common.text import say
 
 
@@ -47,9 +45,10 @@ def run(options: argparse.Namespace) -> int:
     with tempfile.TemporaryDirectory(prefix="breaker-view-") as own:
         named = options.folder or "."
         if options.example:
-            os.mkdir(named := os.path.join(own, "example"))
+            named = own
             write_inspections(config, Path(named))
-        server = PageServer(Session(named, options.config, commands(), own), options.port)
+        session = Session(named, config, limits_of(config, options.config))
+        server = PageServer(session, options.port)
 
         def ready() -> None:
             say(f"the page is at {server.address}\nCtrl-C ends it")
@@ -63,10 +62,3 @@ def run(options: argparse.Namespace) -> int:
         except KeyboardInterrupt:
             say("ended; what was being written is written")
     return 0
-
-
-def commands():
-    """Return what the page asks of the other commands."""
-    from breaker.page.session import Commands
-
-    return Commands(settings_of, read_of, content_of)

@@ -121,7 +121,7 @@ def measured_table(title: str, records: Sequence[RecordResult]) -> Table:
     for name, unit in {n: v["unit"] for e in records for n, v in _measured(e).items()}.items():
         values = [record["quantities"].get(name, {}) for record in records]
         if half := half_of(values):
-            rows.append((name, unit, *map(_cell, values), half))
+            rows.append((name, unit, *map(value_cell, values), half))
     head = ["", "unit", *(record.get("phase", "value") for record in records), "± 95 %"]
     return Table(head, rows, title, _notes(records))
 
@@ -138,7 +138,7 @@ def _measured(record: RecordResult) -> dict[str, Value]:
     return {name: v for name, v in record["quantities"].items() if name not in INFERRED}
 
 
-def _cell(value: Value) -> str:
+def value_cell(value: Value) -> str:
     """Return a value, with a star at an estimated contact."""
     if "interval_95" not in value:
         return _NONE

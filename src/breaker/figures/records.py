@@ -13,7 +13,7 @@ from breaker.figures import style
 from breaker.model.parameters import PARAMETERS
 from breaker.model.quantities import EVENTS
 from breaker.records.files import printable
-from breaker.records.noise import filled
+from breaker.records.noise import slope
 
 if TYPE_CHECKING:
     from breaker.diagnosis.estimate import Estimate
@@ -51,7 +51,8 @@ def record(proposal: "Proposal") -> Figure:
         look = {"color": style.MEASURED, "lw": 1.4} if main else {"color": style.PRIOR, "lw": 0.7}
         entire.plot(channel.time, channel.sure, zorder=3 if main else 2, **look)
     duration = min(read_motion.arrives - read_motion.begins for read_motion in first)
-    speed.plot(one.time, _speed(one.time, one.sure, duration), color=style.MEASURED, lw=1.0)
+    half = max(2, round(0.06 * duration / one.step))  # lines through an eighth of a motion
+    speed.plot(one.time, slope(one.sure, half, one.step), color=style.MEASURED, lw=1.0)
     for seen in first:
         _motion(entire, speed, seen)
     entire.set(ylabel=style.TRAVEL, xlim=one.time[[0, -1]])
@@ -90,17 +91,6 @@ def _motion(entire: Axes, speed: Axes, seen: "InspectedMotion") -> None:
         inside = np.clip(one.whole[doubtful], *entire.get_ylim())
         look = {"color": style.WARNING, "ms": 6, "zorder": 5, "label": "doubtful sample"}
         entire.plot(one.time[doubtful], inside, "x", **look)
-
-
-def _speed(time: np.ndarray, travel: np.ndarray, duration: float) -> np.ndarray:
-    """Return the speed, ``(t,)``, mm/ms, by parabolas through an eighth of a motion."""
-    from scipy.signal import savgol_filter
-
-    step = (time[-1] - time[0]) / (len(time) - 1)
-    window = 2 * max(2, round(0.06 * duration / step)) + 1
-    if window > travel.size:
-        return np.full(travel.size, np.nan)
-    return savgol_filter(filled(travel), window, polyorder=2, deriv=1, delta=step)
 
 
 def _near(axis: Axes, seen: "InspectedMotion", low: float, high: float, title: str) -> None:

@@ -1,4 +1,4 @@
-"""The list of a page: breakers, and their inspections below, as names and headers of files show."""
+"""The list of the page: breakers and their inspections, as names and headers of files state."""
 
 import os
 from collections.abc import Iterable, Mapping
@@ -18,9 +18,6 @@ from breaker.records.words import motions_in
 MOST = 10_000
 """Files of a list: more are the records of a life, for which the workflow is made."""
 _ISO = 10  # characters of a date that is clear
-
-DROPPED = "Dropped files"
-"""Folder and heading of files that were dropped on the page."""
 
 
 class Inspection(NamedTuple):
@@ -71,8 +68,8 @@ def inspections_of(
     files: Mapping[str, str], described: Mapping[str, Description]
 ) -> list[Inspection]:
     """Return the inspections of files: those of a breaker and a day, or, without a date, those
-    whose names differ in the phase alone. Dropped files come first, then named breakers; the newest
-    inspection of a breaker first.
+    whose names differ in the phase alone. Named breakers come first; the newest inspection of a
+    breaker first.
     """
     groups: dict[tuple, list[str]] = {}
     phases = _phases_of(files)
@@ -80,8 +77,6 @@ def inspections_of(
         about = described.get(name, Description())
         breaker, date = _breaker_of(name, about), _date_of(path, about)
         undated = "" if date else Path(path).stem.replace(phases.get(name, "\0"), "", 1)
-        if breaker == DROPPED:  # an inspection of its own, that the user finds again
-            undated = os.path.dirname(path)
         groups.setdefault((breaker, date, undated, about.reason and name), []).append(name)
     inspections = []
     for (breaker, date, *_), names in groups.items():
@@ -102,7 +97,7 @@ def inspections_of(
         inspections.append(inspection)
     inspections.sort(key=lambda one: natural(one.name))
     inspections.sort(key=lambda one: one.date, reverse=True)
-    inspections.sort(key=lambda e: (e.breaker != DROPPED, not e.breaker, natural(e.breaker)))
+    inspections.sort(key=lambda one: (not one.breaker, natural(one.breaker)))
     return inspections
 
 
@@ -121,8 +116,6 @@ def _breaker_of(name: str, about: Description) -> str:
     """Return station, bay and serial number as the file states them, or else its folders but those
     that are named after a motion.
     """
-    if name.startswith(id_of(f"{DROPPED}/")):
-        return DROPPED
     stated = (about.preamble.station, about.preamble.bay, about.preamble.serial)
     folders = (part for part in Path(name).parent.parts if not motions_in(part))
     return ", ".join(" ".join(part.split()) for part in stated if part) or " / ".join(folders)
@@ -134,8 +127,9 @@ def _date_of(path: str, about: Description) -> str:
     return one_date("", dates, path)[:_ISO] or " or ".join(date[:_ISO] for date in dates)
 
 
-def earlier_than(one: Inspection, same: Iterable[Inspection]) -> list[Inspection]:
-    """Return the earlier inspections among those of the same breaker, the last first."""
-    dated = [other for other in (*same, one) if other.seen and len(other.date) == _ISO]
-    earlier = [other for other in dated if other.date < one.date] if one in dated else []
-    return sorted(earlier, key=lambda other: other.date, reverse=True)
+def earlier_than(one: Inspection, others: Iterable[Inspection]) -> list[Inspection]:
+    """Return the earlier inspections of the same breaker, the last first."""
+    dated = [other for other in (one, *others) if other.seen and len(other.date) == _ISO]
+    earlier = [e for e in dated if e.breaker == one.breaker and e.date < one.date]
+    earlier.sort(key=lambda other: other.date, reverse=True)
+    return earlier if one in dated else []

@@ -6,14 +6,11 @@ again shows the same.
 
 import json
 import os
-import re
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 from urllib.parse import quote, unquote_to_bytes, urlencode
 
-import yaml
-
-from breaker.diagnosis.session import Diagnosis
+from breaker.diagnosis.estimate import DriveRecord
 from breaker.records.proposal import Proposal
 from breaker.records.settings import FORMAT, TO_MM, TO_MS
 from breaker.records.sheet import Sheet
@@ -80,7 +77,7 @@ def read_choices(query: Mapping[str, Sequence[str]]) -> Choices:
     """Read the query of an address.
 
     Raises:
-        ValueError: If the page has no such setting, or a value cannot be read.
+        ValueError: If the page has no such setting, or a value is too long.
     """
     settings = {}
     for name, values in query.items():
@@ -114,16 +111,6 @@ def as_text(value: object) -> str:
     return "" if value is None else json.dumps(value, ensure_ascii=False)
 
 
-def overlay_text(form: Mapping, types: str | None) -> str:
-    """Return lines of YAML that set import settings and the file of types.
-
-    >>> overlay_text({"rate": 5.0}, None).splitlines()
-    ['types: null', 'endurance:', '  format:', '    rate: 5.0']
-    """
-    overlay = {"types": types} | ({"endurance": {"format": dict(form)}} if form else {})
-    return yaml.safe_dump(overlay, sort_keys=False, allow_unicode=True)
-
-
 def id_of(name: str) -> str:
     r"""Return the name of a file in plain characters, whatever bytes it has.
 
@@ -142,56 +129,44 @@ def name_of(identity: str) -> str:
 
 
 class SettingRow(NamedTuple):
-    """An import setting as the page shows it: its key of ``endurance.format``, its value as a text,
-    the reason for it, and the texts of a choice with their names; none of a field for text.
+    """An import setting as the page shows it.
+
+    Attributes:
+        key, label: Its key of ``endurance.format``, and its name.
+        text: Its value.
+        state, reason: "missing", "doubtful", "chosen" or "sure", and where the value is from.
+        options: Texts of a choice with their names; none of a field for text.
     """
 
     key: str
     label: str
     text: str
-    reason: str
     state: str
+    reason: str
     options: Mapping[str, str]
 
 
 _STATES = ("missing", "doubtful", "chosen", "sure")
 
 
-def base_of(own: Mapping[str, Any], proposal: Proposal | None) -> dict[str, Any]:
-    """Return the import settings before any choice; those that a proposal lacks are None."""
-    base = {**FORMAT, **own}
-    if proposal:
-        base |= {**proposal.settings, **dict.fromkeys(proposal.lacking)}
-    return base
-
-
 def rows_of(
     base: Mapping[str, Any],
+    chosen: Mapping[str, Any],
     proposal: Proposal | None,
     sheet: Sheet | None,
-    chosen: Mapping[str, Any],
-    diagnosis: Diagnosis | None,
-    trouble: str,
+    records: Sequence[DriveRecord],
 ) -> list[SettingRow]:
-    """Return the form of the import settings: what must be decided stands first.
-
-    ``base`` are settings before any choice, ``trouble`` is the reason why there is no diagnosis; it
-    may name a wrong choice.
+    """Return the form of the import settings: what must be decided stands first. ``base`` are the
+    settings before any choice.
     """
-    records = diagnosis.records if diagnosis else ()
     columns = [sheet.column(i) for i in range(len(sheet.columns))] if sheet else []
     rows = []
     for key, label in LABELS.items():
         value = chosen.get(key, None if key == "travel_column" else base[key])
         used = (record.operation.settings.get(key) for record in records)
         stated = [*dict.fromkeys(str(setting) for setting in used if setting is not None)]
-        if key in chosen:
-            full = f"endurance.format.{key}"
-            wrong = [line.strip() for line in trouble.splitlines() if f"{full} " in line]
-            state, reason = "chosen", "your choice"
-            if wrong:
-                state, reason = "missing", wrong[0].replace(full, label)
-        else:
+        state, reason = "chosen", "your choice"
+        if key not in chosen:
             state, reason = _reason_for(key, base, proposal, stated)
         options = {as_text(option): name for option, name in _OPTIONS.get(key, {}).items()}
         if key.endswith("_column"):
@@ -199,7 +174,7 @@ def rows_of(
             options |= {as_text(column): str(column) for column in columns}
         if options:
             options.setdefault(as_text(value), str(value))
-        rows.append(SettingRow(key, label, as_text(value), reason, state, options))
+        rows.append(SettingRow(key, label, as_text(value), state, reason, options))
     return sorted(rows, key=lambda row: _STATES.index(row.state))
 
 
@@ -210,22 +185,9 @@ def _reason_for(
     if stated:
         return "sure", f"{', '.join(stated)}: stated by the file or its table"
     if proposal and key in proposal.lacking:
-        return "missing", f"fill it in: {labelled(proposal.lacking[key])}"
+        return "missing", f"fill it in: {proposal.lacking[key]}"
     if proposal and (doubts := proposal.findings.doubts.get(key)):
-        return "doubtful", labelled("; ".join(doubts))
+        return "doubtful", "; ".join(doubts)
     if base[key] == FORMAT[key]:
         return "sure", "default"
     return "sure", "seen in the file" if proposal else "from the configuration"
-
-
-_ANY, _LONG = "|".join(LABELS), "|".join(key for key in LABELS if "_" in key)
-_KEY = re.compile(rf"(?<=\bset )(?:{_ANY})\b|(?<=\bchange )(?:{_ANY})\b|\b(?:{_LONG})\b")
-
-
-def labelled(text: str) -> str:
-    """Return a remark with labels of the page in place of keys of the configuration.
-
-    >>> labelled("set travel_unit: cm, or change ratio")
-    'set “Unit of travel”: cm, or change “Scale (mm per unit)”'
-    """
-    return _KEY.sub(lambda key: f"“{LABELS[key[0]]}”", text)

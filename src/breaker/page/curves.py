@@ -9,13 +9,13 @@ from breaker.common.colours import phase_colours
 from breaker.diagnosis.curves import Overlay, not_overlaid, overlaid
 from breaker.diagnosis.estimate import DriveRecord, Estimate
 from breaker.diagnosis.session import Diagnosis
-from breaker.model.quantities import OF_STROKE, SHARES
 from breaker.records.files import Files, printable
 from breaker.records.formats.registry import look_into
+from breaker.records.noise import slope
 from breaker.records.settings import TO_MS
 from breaker.records.sheet import Sheet
 
-_MOST = 4000  # points of a curve, twice as many as a screen has columns: ends of each part stay
+_MOST = 4000  # points of a curve, twice as many as a screen has columns
 _AROUND = 0.25, 1.0  # durations of the motion that are shown before and after it
 _SMOOTH = 1.0  # ms on both sides of the straight lines whose slopes are the velocity
 _PANELS = {  # heights in pixels, and labels; those without one have the label of their curve
@@ -24,7 +24,7 @@ _PANELS = {  # heights in pixels, and labels; those without one have the label o
     "contact": (75, ""),
     "test current": (75, ""),
     "coil": (85, ""),
-    "resistance": (190, "resistance (µΩ)"),
+    "resistance": (140, "resistance (µΩ)"),
 }
 _OF_FILE = 150  # height of the panel of a unit, pixels
 _CHANNELS = {"contact": "contact", "current": "test current", "trigger": "coil", "motor": "coil"}
@@ -46,9 +46,8 @@ class Tab(NamedTuple):
 
 
 class Curve(NamedTuple):
-    """A curve: its panel, phase, name, times after the tab's origin in ms, and values, ``(n,)``; a
-    resistance has travels in place of times. Its look is "", "faint" for doubtful samples, or
-    "earlier" or "reference" for other records.
+    """A curve: its panel, phase, name, times after the tab's origin in ms, and values, ``(n,)``.
+    Its look is "", "faint" for doubtful samples, or "earlier" or "reference" for other records.
     """
 
     panel: str
@@ -96,8 +95,8 @@ def colours_of(names: Sequence[str], own: Mapping[str, str]) -> dict[str, str]:
 # ---- curves --------------------------------------------------------------------------------------
 
 
-def drawn(tab: Tab, diagnosis: Diagnosis, files: Files, own: Mapping[str, str]) -> dict:
-    """Return panels with curves, and the times that are shown first; ``own`` are colours."""
+def drawn(tab: Tab, diagnosis: Diagnosis, files: Files) -> dict:
+    """Return panels with curves, and the times that are shown first."""
     origins, axis = origins_of(tab)
     laid = [(overlay, "reference") for overlay in diagnosis.overlays]
     laid += [(overlay, "earlier") for overlay in overlaid(diagnosis.records, diagnosis.before)]
@@ -115,7 +114,8 @@ def drawn(tab: Tab, diagnosis: Diagnosis, files: Files, own: Mapping[str, str]) 
         for overlay, look in laid:
             if key == (overlay.operation, overlay.motion, overlay.phase, overlay.file):
                 curves.append(_overlay(record, overlay, look, zero))
-    colours = colours_of([record.operation.phase for record in tab.records], own)
+    phases = [record.operation.phase for record in tab.records]
+    colours = colours_of(phases, diagnosis.config["report"]["colours"])
     window, panels = (min(begins), max(ends)), []
     for panel, (height, label) in _PANELS.items():
         some = [curve for curve in curves if curve.panel == panel]
@@ -136,39 +136,23 @@ def drawn_file(sheet: Sheet) -> dict:
     panels: dict[str, list[dict]] = {}
     for name, unit, values in zip(names, sheet.units, sheet.columns, strict=True):
         if np.isfinite(values).any() and np.nanmin(values) < np.nanmax(values):
-            curve = Curve("", name, name, samples, values)
-            panels.setdefault(printable(unit or "reading"), []).append(
-                _line(curve, window, colours)
-            )
+            line = _line(Curve("", name, name, samples, values), window, colours)
+            panels.setdefault(printable(unit or "reading"), []).append(line)
     drawn_panels = [_panel("", _OF_FILE, unit, lines) for unit, lines in panels.items()]
     return {"window": window, "axis": "sample", "panels": drawn_panels, "notes": []}
 
 
 def _own_curves(record: DriveRecord, zero: float) -> Iterator[Curve]:
-    """Yield travel and velocity over time, and the resistance over travel, which shows the arcing
-    contact.
-    """
+    """Yield travel, velocity and resistance over time."""
     raw, phase = record.raw, record.operation.phase
     time, doubtful = raw.time - zero, np.where(raw.doubts == "", np.nan, raw.whole)
     yield Curve("travel", phase, "travel", time, raw.sure)
     if np.isfinite(doubtful).any():
         yield Curve("travel", phase, "doubtful samples", time, doubtful, "faint")
-    yield Curve("velocity", phase, "velocity", time, _velocity(raw.sure, raw.step))
+    half = max(2, round(_SMOOTH / raw.step))
+    yield Curve("velocity", phase, "velocity", time, slope(raw.sure, half, raw.step))
     if np.isfinite(raw.resistance).any():
-        at = raw.sure[raw.inside], raw.resistance[raw.inside]
-        yield Curve("resistance", phase, "resistance", *at)
-
-
-def _velocity(travel: np.ndarray, step: float) -> np.ndarray:
-    """Return the slope of straight lines through the travel, ``(n,)``, m/s; nan where none is."""
-    known, half = np.isfinite(travel), max(2, round(_SMOOTH / step))
-    if travel.size < 4 * half or known.sum() < 2:
-        return np.full(travel.size, np.nan)
-    places = np.arange(-half, half + 1)
-    filled = np.interp(np.arange(travel.size), np.flatnonzero(known), travel[known])
-    slopes = np.convolve(filled, -places / (step * np.square(places).sum()), "same")
-    slopes[:half] = slopes[-half:] = np.nan  # lines that reach beyond the ends
-    return np.where(known, slopes, np.nan)
+        yield Curve("resistance", phase, "resistance", time, raw.resistance)
 
 
 def _other_channels(record: DriveRecord, sheet: Sheet, zero: float) -> Iterator[Curve]:
@@ -202,15 +186,11 @@ def _panel(name: str, height: int, label: str, lines: Sequence[dict]) -> dict:
     return {"name": name, "height": height, "label": label, "curves": lines}
 
 
-def _line(
-    curve: Curve, window: tuple[float, float], colours: Mapping[str, str]
-) -> dict[str, object]:
-    x, y = curve.time, curve.values
-    if curve.panel != "resistance":
-        x, y = thinned(curve, *window)
+def _line(curve: Curve, window: tuple[float, float], colours: Mapping[str, str]) -> dict:
     colour = "currentColor" if curve.look == "reference" else colours[curve.phase]
     about = {"phase": curve.phase, "name": curve.name, "look": curve.look, "colour": colour}
-    return about | {"x": _plain(x), "y": _plain(y)}
+    x, y = map(_plain, thinned(curve, *window))
+    return about | {"x": x, "y": y}
 
 
 def _plain(values: np.ndarray) -> list[float | None]:
@@ -221,15 +201,14 @@ def _plain(values: np.ndarray) -> list[float | None]:
 
 def thinned(curve: Curve, begin: float, end: float) -> tuple[np.ndarray, np.ndarray]:
     """Return times and values ``(m,)`` of a curve in a window and around it for as long: all, or
-    the ends of each part.
+    the least and the largest of each part.
 
     >>> some = Curve("travel", "", "", np.arange(20_000.0), np.arange(20_000.0))
     >>> thinned(some, 0.0, 20_000.0)[0].size, thinned(some, 10.0, 19.0)[0].size
     (4000, 27)
     """
     wide = end - begin
-    first, last = np.searchsorted(curve.time, (begin - wide, end + wide))
-    kept = np.arange(first, last)
+    kept = np.arange(*np.searchsorted(curve.time, (begin - wide, end + wide)))
     if kept.size > _MOST:
         parts = np.pad(kept, (0, -kept.size % (_MOST // 2)), "edge").reshape(_MOST // 2, -1)
         low = np.nan_to_num(curve.values, nan=np.inf)[parts].argmin(axis=1)
@@ -240,62 +219,41 @@ def thinned(curve: Curve, begin: float, end: float) -> tuple[np.ndarray, np.ndar
 
 # ---- marks ---------------------------------------------------------------------------------------
 
-_SPOTS = {  # events between which a quantity is measured
-    "stroke": ("begin", "end"),
-    "reaction_time": ("trigger", "first motion"),
-    **dict.fromkeys(("touch_time", "separation_time"), ("first motion", "contact")),
-    **dict.fromkeys(("closing_time", "opening_time"), ("trigger", "contact")),
-    **dict.fromkeys(("main_closing_time", "main_opening_time"), ("trigger", "main")),
-    **dict.fromkeys(("over_travel", "opening_over_travel"), ("arrival", "end")),
-    **{"closing_wipe": ("contact", "end"), "opening_wipe": ("begin", "contact")},
-    **dict.fromkeys(("arcing_wipe", "arcing_resistance"), ("arcing", "main")),
-}
 
-
-def spots_of(estimate: Estimate) -> dict[str, tuple[float, float]]:
-    """Return from when to when each quantity of a record is measured, ms of its file, by name."""
-    raw, contact, measured = estimate.record.raw, estimate.contact, estimate.measured
-    reading = raw.reading.with_contact(contact, estimate.speeds, raw.currents)
-    begin, end = raw.time[raw.inside][[0, -1]]
-    events = {"begin": begin, "end": end, "first motion": raw.moves, "arrival": reading.arrival}
-    events |= {"contact": contact.time, "trigger": contact.trigger}
-    events |= {"main": contact.main, "arcing": contact.arcing}
-    spots = {name: (events[first], events[last]) for name, (first, last) in _SPOTS.items()}
-    since = {name: measured[name].value for name in ("coil_dip_time", "coil_off_time", *SHARES)}
-    spots |= {name: (contact.trigger, contact.trigger + late) for name, late in since.items()}
-    for speed in estimate.speeds:
-        if speed.motion == estimate.record.motion and not measured[speed.name].reason:
-            points = (speed.start, speed.end)
-            spots[speed.name] = tuple(reading.place(point)[0].value for point in points)
-            if speed.points == OF_STROKE[f"{speed.motion}_speed_10_90"]:
-                spots["travel_time"] = spots[speed.name]
-    return {
-        name: (float(min(ends)), float(max(ends)))
-        for name, ends in spots.items()
-        if np.isfinite(ends).all()
-    }
-
-
-def marks_of(tab: Tab, estimates: Sequence[Estimate], own: Mapping[str, str]) -> list[dict]:
+def marks_of(tab: Tab, diagnosis: Diagnosis) -> list[dict]:
     """Return the events and the speed zone of each pole: a name, a phase, a colour, and points."""
-    colours = colours_of([record.operation.phase for record in tab.records], own)
+    phases, marks = [record.operation.phase for record in tab.records], []
+    colours = colours_of(phases, diagnosis.config["report"]["colours"])
     origins, _ = origins_of(tab)
-    event = "touch" if tab.motion == "closing" else "separation"
-    marks = []
-    for estimate in (one for one in estimates if one.record.raw is not None):
-        raw, phase = estimate.record.raw, estimate.record.operation.phase
-        inferred = "" if estimate.record.timed else " (inferred)"
+    for estimate in diagnosis.estimates:
+        record, raw = estimate.record, estimate.record.raw
+        if record not in tab.read:
+            continue
+        event = "touch" if tab.motion == "closing" else "separation"
         times: dict[str, Any] = {
             "trigger": [raw.contact.trigger],
             "first motion": [raw.moves],
-            event + inferred: [estimate.contact.time],
-            "speed zone": spots_of(estimate).get(f"{tab.motion}_speed", [np.nan]),
+            event + " (inferred)" * (not record.timed): [estimate.contact.time],
+            "speed zone": _zone(estimate),
         }
         known = np.isfinite(raw.sure)
         for name, at in times.items():
             if np.isfinite(at).all():
                 y = np.interp(at, raw.time[known], raw.sure[known])
-                x = np.asarray(at) - origins[id(estimate.record)]
-                about = {"name": name, "phase": phase, "colour": colours[phase]}
+                x = np.asarray(at) - origins[id(record)]
+                about = {"name": name, "phase": record.operation.phase}
+                about["colour"] = colours[record.operation.phase]
                 marks.append(about | {"x": x.tolist(), "y": y.tolist()})
     return marks
+
+
+def _zone(estimate: Estimate) -> list[float]:
+    """Return the times between which the speed of the motion is measured, ms of the file; nan where
+    it is not.
+    """
+    raw, name = estimate.record.raw, f"{estimate.record.motion}_speed"
+    reading = raw.reading.with_contact(estimate.contact, estimate.speeds, raw.currents)
+    for speed in estimate.speeds:
+        if speed.name == name and not estimate.measured[name].reason:
+            return [reading.place(point)[0].value for point in (speed.start, speed.end)]
+    return [np.nan]

@@ -7,7 +7,6 @@ their styles along.
 """
 
 import asyncio
-import ctypes
 import hmac
 import logging
 import secrets
@@ -16,7 +15,7 @@ import sys
 import traceback
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import suppress
+from pathlib import Path
 from typing import Any
 
 import tornado.httpserver
@@ -47,7 +46,7 @@ _DOOR = (
     '<!doctype html><meta http-equiv="refresh" content="0;url=/">'
     '<link rel="icon" href="/static/icon.svg"><a href="/">Open the page</a>'
 )
-_BODY = 130 * 2**20  # bytes of a request: a drop of two of the largest records
+_BODY = 2**20  # bytes of a request: a limit has a hundred, a query of many files more
 
 
 class PageServer:
@@ -81,7 +80,9 @@ class PageServer:
     async def serve(self, ended: asyncio.Event, ready: Callable[[], None] = lambda: None) -> None:
         """Answer until the event; what is being written by then is written to its end."""
         logging.getLogger("tornado.access").setLevel(logging.CRITICAL)  # addresses hold the token
-        application = tornado.web.Application([(r"(/.*)", _Handler, {"page": self})])
+        about, static = {"page": self}, {"page": self, "path": Path(__file__).with_name("static")}
+        handlers = [(r"/static/(.*)", _Static, static), (r"/(.*)", _Views, about)]
+        application = tornado.web.Application(handlers)
         server = tornado.httpserver.HTTPServer(application, max_buffer_size=_BODY)
         server.add_socket(self._socket)
         try:  # whatever ends it: a thread of a worker that is not told would wait for ever
@@ -96,10 +97,9 @@ class PageServer:
 
 
 class _Handler(tornado.web.RequestHandler):
-    """Every answer: who may ask, which view answers, and how errors are said."""
+    """Every answer: who may ask, and how errors are said."""
 
-    def initialize(self, page: PageServer) -> None:
-        self.page = page
+    page: PageServer
 
     def set_default_headers(self) -> None:
         self.clear_header("Server")
@@ -108,12 +108,11 @@ class _Handler(tornado.web.RequestHandler):
 
     def prepare(self) -> None:
         hosts = {f"{HOST}:{self.page.port}", f"localhost:{self.page.port}"}
-        origin, site = (self.request.headers.get(n) for n in ("Origin", "Sec-Fetch-Site"))
+        origin = self.request.headers.get("Origin")
         if self.request.host not in hosts:
             raise _refused("This page answers under its own address alone.")
-        foreign = origin is not None and origin not in {f"http://{host}" for host in hosts}
-        changes = self.request.method not in ("GET", "HEAD")
-        if foreign or (changes and origin is None) or (changes and site == "cross-site"):
+        own = {f"http://{host}" for host in hosts}
+        if origin not in (own if self.request.method == "POST" else own | {None}):
             raise _refused("Another page asked for this, and was refused.")
         token = self.get_query_argument("token", None)
         if token is not None and self.request.path == "/":
@@ -132,47 +131,6 @@ class _Handler(tornado.web.RequestHandler):
     def _same(self, token: str) -> bool:
         return hmac.compare_digest(token.encode(), self.page.token.encode())
 
-    async def get(self, path: str) -> None:
-        if path == "/" and self.get_query_argument("token", None) is not None:
-            self.set_cookie(self._cookie, self.page.token, httponly=True, samesite="Strict")
-            self.finish(_DOOR)  # with a redirect a browser would not send a strict cookie
-            return
-        await self._answer("GET", path)
-
-    async def post(self, path: str) -> None:
-        await self._answer("POST", path)
-
-    async def _answer(self, method: str, path: str) -> None:
-        """Answer by a view on a worker, while other windows are answered."""
-        name, _, rest = path[1:].partition("/")
-        view, is_slow = views.VIEWS.get((method, name)), name in views.SLOW
-        if view is None:
-            raise tornado.web.HTTPError(404)
-        reads, connection = method == "GET", self.request.connection
-
-        def unless_gone() -> views.Answer:
-            if reads and connection.stream.closed():
-                raise MissingError("nobody waits for this any more")
-            try:
-                return view(views.Asked(self.page.session, rest, self._query, self.request))
-            finally:
-                if is_slow:
-                    _release_memory()
-
-        worker = self.page.workers[is_slow]
-        answer = await asyncio.get_running_loop().run_in_executor(worker, unless_gone)
-        if isinstance(answer, views.File):
-            self.set_header("Content-Type", f"{answer.kind}; charset=utf-8")
-            if answer.name:
-                self.set_header("Content-Disposition", f'attachment; filename="{answer.name}"')
-            answer = answer.content
-        self.finish(answer)
-
-    @property
-    def _query(self) -> dict[str, list[str]]:
-        pairs = self.request.query_arguments.items()
-        return {name: [v.decode("utf-8", "replace") for v in values] for name, values in pairs}
-
     def write_error(self, status_code: int, **about: Any) -> None:
         error = about.get("exc_info", (None, None, None))[1]
         text = str(error)
@@ -190,10 +148,48 @@ class _Handler(tornado.web.RequestHandler):
             traceback.print_exception(kind, error, trace, file=sys.stderr)
 
 
-def _release_memory() -> None:
-    """Give freed memory back to the system; glibc keeps what threads have freed."""
-    with suppress(OSError, AttributeError, TypeError):  # another C library has no such function
-        ctypes.CDLL(None).malloc_trim(0)
+class _Static(_Handler, tornado.web.StaticFileHandler):
+    """Scripts and styles."""
+
+    def initialize(self, page: PageServer, path: Path) -> None:
+        super().initialize(str(path))
+        self.page = page
+
+
+class _Views(_Handler):
+    """Pages and data: which view answers."""
+
+    def initialize(self, page: PageServer) -> None:
+        self.page = page
+
+    async def get(self, name: str) -> None:
+        if not name and self.get_query_argument("token", None) is not None:
+            self.set_cookie(self._cookie, self.page.token, httponly=True, samesite="Strict")
+            self.finish(_DOOR)  # with a redirect a browser would not send a strict cookie
+            return
+        await self._answer("GET", name)
+
+    async def post(self, name: str) -> None:
+        await self._answer("POST", name)
+
+    async def _answer(self, method: str, name: str) -> None:
+        """Answer by a view on a worker, while other windows are answered."""
+        if (view := views.VIEWS.get((method, name))) is None:
+            raise tornado.web.HTTPError(404)
+        stream = self.request.connection.stream
+
+        def unless_gone() -> views.Answer:
+            if method == "GET" and stream.closed():
+                raise MissingError("nobody waits for this any more")
+            return view(views.Asked(self.page.session, self._query, self.request.body))
+
+        worker = self.page.workers[name in views.SLOW]
+        self.finish(await asyncio.get_running_loop().run_in_executor(worker, unless_gone))
+
+    @property
+    def _query(self) -> dict[str, list[str]]:
+        pairs = self.request.query_arguments.items()
+        return {name: [v.decode("utf-8", "replace") for v in values] for name, values in pairs}
 
 
 def _refused(text: str) -> tornado.web.HTTPError:

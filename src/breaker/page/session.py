@@ -1,26 +1,24 @@
 """What a page knows: the files of a folder, and inspections as the commands read and judge them."""
 
-import gc
 import json
 import os
-import re
-import shutil
-import tempfile
 import threading
 import time
-from argparse import Namespace
 from collections import OrderedDict, defaultdict
 from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
-from typing import Any, NamedTuple
-from urllib.parse import urlencode
+from typing import Any
 
+from breaker.common.document import html_page
 from breaker.common.text import bare
-from breaker.diagnosis.report import Report, report_of
+from breaker.configuration.loading import check, merge
+from breaker.diagnosis.inspection import read_inspection
+from breaker.diagnosis.report import report_of
 from breaker.diagnosis.session import Diagnosis
-from breaker.page.catalogue import DROPPED, Inspection, find_files, inspections_of
-from breaker.page.choices import Choices, SettingRow, base_of, id_of, overlay_text, rows_of
+from breaker.page.catalogue import Inspection, find_files, inspections_of
+from breaker.page.choices import Choices, SettingRow, id_of, rows_of
 from breaker.page.types import read_types
 from breaker.records.description import describe_file
 from breaker.records.files import Files, printable
@@ -34,22 +32,7 @@ from breaker.records.table_proposal import Description
 
 _KEPT = 2  # results of each kind that are kept, so that going back to an inspection is quick
 _LOOKS = 0.5  # s, for which files of a list are described before it is shown again
-_DROPPED = 256 * 2**20  # bytes of all dropped files: four of the largest records
-_TRAVEL = "travel_column"  # it chooses among several channels, also where it is the base's
-
-
-class Commands(NamedTuple):
-    """Functions of the commands.
-
-    Attributes:
-        settings_of: Return the configuration of overlays.
-        read_of: Return the ``Diagnosis`` of options, with files that are opened already.
-        content_of: Return the bytes of a report by ending, and a remark.
-    """
-
-    settings_of: Callable[[Sequence[str]], Mapping]
-    read_of: Callable[[Namespace, Files], Diagnosis]
-    content_of: Callable[[Report, str], tuple[bytes, str]]
+_TRAVEL = "travel_column"  # it chooses among several channels, also where it is the proposed one
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,7 +41,7 @@ class Shown:
 
     Attributes:
         choices: What was chosen, without settings that change nothing.
-        overlay: Lines of YAML that repeat it.
+        overlay: Keys of a configuration that repeat it.
         rows: Form of the import settings.
         remarks: Remarks on the proposal.
         trouble: Reason why nothing can be read; empty if it can.
@@ -66,11 +49,10 @@ class Shown:
         source: The diagnosis whose estimates and changes it has, as limits change neither.
         sheet: Contents of the first file, if it can be read.
         files: Its files, opened.
-        state: State of the files as they were read.
     """
 
     choices: Choices
-    overlay: str
+    overlay: Mapping[str, Any]
     rows: Sequence[SettingRow]
     remarks: Sequence[str]
     trouble: str
@@ -78,12 +60,32 @@ class Shown:
     source: Diagnosis | None
     sheet: Sheet | None
     files: Files
-    state: str
+
+    @cached_property
+    def measured(self) -> Diagnosis:
+        """The inspection without the model's answer; ValueError if nothing can be used."""
+        if self.diagnosis is None:
+            raise ValueError(self.trouble)
+        return replace(self.diagnosis, families=tuple)
+
+    @cached_property
+    def complete(self) -> Diagnosis:
+        """The inspection with the model's answer and changes; raise as ``measured``."""
+        if self.diagnosis is None:
+            raise ValueError(self.trouble)
+        inferred = {"estimates": self.source.estimates, "changes": self.source.changes}
+        vars(self.diagnosis).update(inferred)
+        return self.diagnosis
 
     @property
-    def query(self) -> str:
-        """The query of further requests, which are refused once a file has changed."""
-        return f"{self.choices.query}&{urlencode({'state': self.state})}"
+    def report(self) -> str:
+        """The sheet of the inspection, as ``breaker report`` writes it; raise as ``measured``."""
+        report = report_of(self.complete)
+        from breaker.figures.reports import curves  # matplotlib loads for half a second
+        from breaker.figures.style import encoded
+
+        pictures = curves(report.panels, report.colours)
+        return html_page(report, [encoded(picture, "png") for picture in pictures])
 
 
 class MissingError(ValueError):
@@ -92,20 +94,13 @@ class MissingError(ValueError):
     status = 404
 
 
-class ChangedError(ValueError):
-    """A file has changed since a page was shown."""
-
-    status = 409
-
-
 class Session:
-    """A folder or a file, the overlays of the command line, and what was read last.
+    """A folder or a file, the configuration of the command line, and what was read last.
 
     Args:
         named: The folder or file.
-        overlays: Files of configuration of the command line.
-        commands: Functions of the commands.
-        own: A folder of this session alone, for dropped files.
+        config: The configuration.
+        limits: Entries of its section ``limits`` that count.
         types: File of types where the configuration names none.
 
     Raises:
@@ -113,22 +108,16 @@ class Session:
     """
 
     def __init__(
-        self,
-        named: str,
-        overlays: Sequence[str],
-        commands: Commands,
-        own: str | Path,
-        types: str = "types.yaml",
+        self, named: str, config: Mapping, limits: Sequence[Mapping], types: str = "types.yaml"
     ) -> None:
-        self.named, self.overlays, self.commands = named, [*overlays], commands
-        self.own, self.dropped = Path(own), Path(own, "dropped")
+        self.named, self.config, self.limits = named, config, limits
         if os.path.isdir(named):
             os.listdir(named)  # one that may not be read is refused before a page is opened
         elif not os.path.exists(named):
             raise FileNotFoundError(f"there is no {printable(named)}; name a folder of exports")
+        self.types = config["types"] or os.path.abspath(types)
         self._kept: dict[str, OrderedDict[Hashable, Any]] = defaultdict(OrderedDict)
         self._lock = threading.RLock()
-        self.types = self.config["types"] or os.path.abspath(types)
         self._described: dict[tuple, Description] = {}
 
     def _once(self, kind: str, key: Hashable, find: Callable[[], Any]) -> Any:
@@ -142,12 +131,6 @@ class Session:
                 kept.popitem(last=False)
             return kept[key]
 
-    @property
-    def config(self) -> Mapping:
-        """The configuration of the command line."""
-        states = tuple(map(_state, self.overlays))
-        return self._once("config", states, lambda: self.commands.settings_of(self.overlays))
-
     # ---- the list ----
 
     def files(self) -> dict[str, str]:
@@ -157,28 +140,24 @@ class Session:
             MissingError: If the folder is not there any more.
         """
         if os.path.isdir(self.named):
-            paths = find_files(Path(self.named))
-        elif os.path.exists(self.named):
-            paths = {id_of(Path(self.named).name): self.named}
-        else:
-            raise MissingError(
-                f"the folder {printable(self.named)} is not there any more: was it renamed, or its "
-                "disk removed? Put it back and load this page again"
-            )
-        dropped = find_files(self.dropped) if self.dropped.is_dir() else {}
-        return {id_of(f"{DROPPED}/{name}"): path for name, path in dropped.items()} | paths
+            return find_files(Path(self.named))
+        if os.path.exists(self.named):
+            return {id_of(Path(self.named).name): self.named}
+        raise MissingError(
+            f"the folder {printable(self.named)} is not there any more: was it renamed, or its "
+            "disk removed? Put it back and load this page again"
+        )
 
-    def inspections(self, look: bool = True) -> list[Inspection]:
-        """Return the inspections of the list. Files are described for half a second at most, so
-        that the list is shown at once; those not described yet are ``seen`` later.
+    def inspections(self, look: bool = False) -> list[Inspection]:
+        """Return the inspections of the list. With ``look``, files are described for half a second
+        at most, so that the list is shown at once; those not described yet are ``seen`` later.
         """
         files, about = self.files(), {}
         end = time.monotonic() + (_LOOKS if look else 0.0)
         for name, path in files.items():
             if _state(path) in self._described or time.monotonic() < end:
                 about[name] = self._description_of(path)
-        key = tuple(files), tuple(map(id, about.values()))
-        return self._once("list", key, lambda: inspections_of(files, about))
+        return inspections_of(files, about)
 
     def _description_of(self, path: str) -> Description:
         state = _state(path)
@@ -186,56 +165,20 @@ class Session:
             self._described[state] = Description() if os.path.isdir(path) else describe_file(path)
         return self._described[state]
 
-    def drop(self, parts: Sequence[tuple[str, bytes]]) -> None:
-        """Keep files that were dropped on the page together, for this session alone. Each drop has
-        a folder, so that no file replaces one of the same name.
-
-        Raises:
-            ValueError: If a name is none of a file, or the files are too large together.
-        """
-        self.dropped.mkdir(exist_ok=True)
-        kept = sum(file.stat().st_size for file in self.dropped.rglob("*") if file.is_file())
-        if kept + sum(len(content) for _, content in parts) > _DROPPED:
-            limit = f"more than {_DROPPED // 2**20} MiB are dropped"
-            raise ValueError(f"{limit}; start breaker view with their folder")
-        names = [name for name, _ in parts]
-        for name in names:
-            if Path(name).name != name or name in ("", ".", "..") or "\0" in name:
-                raise ValueError(f"{printable(name)} is no name of a file; drop files, not folders")
-        folder = Path(tempfile.mkdtemp(prefix="", dir=self.dropped))
-        for k, (name, content) in enumerate(parts):
-            again = f" ({k + 1})" if name in names[:k] else ""
-            place = folder / f"{Path(name).stem}{again}{Path(name).suffix}"
-            with place.open("xb") as file:
-                file.write(content)
-        if not find_files(folder):
-            shutil.rmtree(folder)
-            listed = ", ".join(map(printable, names))
-            raise ValueError(f"{listed}: no export among them; drop text, Excel or COMTRADE files")
-
     # ---- an inspection ----
 
-    def shown(self, choices: Choices, state: str = "") -> Shown:
-        """Return an inspection as it was read; once for the same files and choices.
-
-        Args:
-            choices: What is chosen.
-            state: State of the files as a page shows them.
+    def shown(self, choices: Choices) -> Shown:
+        """Return an inspection; it is read once for the same files and choices.
 
         Raises:
-            ChangedError: If they have changed since then.
             MissingError: If a file is not, or no longer, in the list.
-            ConfigurationError, OSError, ValueError: If the configuration is wrong.
+            ConfigurationError, OSError, ValueError: If the file of types is wrong.
         """
         files, before = (self._paths(names) for names in (choices.files, choices.before))
-        states = tuple(map(_state, (*files, *before, *self.overlays)))
-        now = f"{hash((states, _state(self.types))) & 0xFFFFFFFFFFFF:x}"
-        if state not in ("", now):
-            raise ChangedError("a file has changed since this page was shown: load the page again")
+        states = tuple(map(_state, (*files, *before)))
         opened = self._once("files", states, Files)
-        find = lambda: self._read(choices, files, before, opened, now)  # noqa: E731
-        shown = self._once("shown", (choices.query, now), find)
-        return self._once("shown", (shown.choices.query, now), lambda: shown)
+        key = choices.query, states, _state(self.types)
+        return self._once("shown", key, lambda: self._read(choices, files, before, opened))
 
     def _paths(self, identities: Sequence[str]) -> list[str]:
         """Return the paths of files."""
@@ -247,103 +190,80 @@ class Session:
             )
         return [files[name] for name in identities]
 
-    def _read(
-        self, choices: Choices, files: list[str], before: list[str], opened: Files, state: str
-    ) -> Shown:
-        config, first = self.config, files[0]
-        own = config["endurance"]["format"]
-        if os.path.isdir(first):
-            first = next(iter(record_files(first)), "")
-        sheet, proposal, trouble = _propose(first, opened, config)
+    def type_of(self, choices: Choices) -> str:
+        """Return the type of the breaker: the one that is chosen, or else stated by its file."""
+        first = self._paths(choices.files)[0]
+        if choices.type or os.path.isdir(first):
+            return choices.type
+        return self._description_of(first).preamble.type
+
+    def _read(self, choices: Choices, files: list[str], before: list[str], opened: Files) -> Shown:
+        own = self.config["endurance"]["format"]
+        first = next(iter(record_files(files[0])), "") if os.path.isdir(files[0]) else files[0]
+        sheet, proposal, trouble = _propose(first, opened, self.config["sensor"])
+        base = {**FORMAT, **own}
         if own != FORMAT:  # the user's settings count, not the proposed ones
             proposal = None
-        name = self.type_of(choices, files)
-        types = read_types(self.types, config)
+        if proposal:
+            base |= {**proposal.settings, **dict.fromkeys(proposal.lacking)}
+        name, types = self.type_of(choices), read_types(self.types, self.config)
         entry = next((some for known, some in types.items() if bare(known) == bare(name)), None)
-        base = base_of(own, proposal)
         chosen = {k: v for k, v in choices.settings.items() if v != base[k] or k == _TRAVEL}
         choices = choices._replace(settings=chosen)
         if {"ratio", "travel_unit", _TRAVEL} & {*chosen, *(entry or ())}:
             base["stroke"] = FORMAT["stroke"]  # the proposal's is of its own scale
         form = {key: value for key, value in {**base, **chosen}.items() if value != own[key]}
         of_types = self.types if entry is not None or (types and not name) else None
-        overlay = overlay_text(form, of_types)
-        about = {"files": files, "before": before, "type": name if entry is not None else ""}
-        about["channel"] = [str(chosen[_TRAVEL])] if _TRAVEL in chosen else []
+        overlay = {"types": of_types} | ({"endurance": {"format": form}} if form else {})
+        named = choices._replace(type=name if entry is not None else "")
         diagnosis = source = None
         try:
-            diagnosis, source = self._diagnose(about, choices.same, overlay, opened)
+            diagnosis, source = self._diagnose(named, files, before, overlay, opened)
             trouble = ""
         except (ValueError, OSError) as error:
-            trouble = re.sub(rf"{re.escape(str(self.own))}\S*/my\.yaml, line \d+: ", "", str(error))
-        rows = rows_of(base, proposal, sheet, chosen, diagnosis, trouble)
+            trouble = str(error)
+        rows = rows_of(base, chosen, proposal, sheet, diagnosis.records if diagnosis else ())
         remarks = proposal.remarks if proposal else ()
         results = trouble, diagnosis, source, sheet
-        return Shown(choices, overlay, rows, remarks, *results, opened, state)
+        return Shown(choices, overlay, rows, remarks, *results, opened)
 
     def _diagnose(
-        self, about: Mapping[str, Any], same: bool, overlay: str, opened: Files
+        self,
+        choices: Choices,
+        files: list[str],
+        before: list[str],
+        overlay: Mapping[str, Any],
+        opened: Files,
     ) -> tuple[Diagnosis, Diagnosis]:
         """Return the inspection, and the one of the same files and settings, apart from limits,
         whose records it has.
         """
-        with tempfile.TemporaryDirectory(dir=self.own) as folder:
-            file = Path(folder, "my.yaml")
-            file.write_text(overlay, encoding="utf-8")
-            options = {**about, "same_transducer": same, "config": [*self.overlays, str(file)]}
-            options |= {"reference": None, "tolerance": None}  # options that the page does not have
-            new = self.commands.read_of(Namespace(**options), opened)
+        config = merge(self.config, overlay)
+        check(config, curves=False)
+        about = {
+            "before": before,
+            "channels": [str(choices.settings[_TRAVEL])] if _TRAVEL in choices.settings else [],
+            "same_transducer": choices.same,
+        }
+        new = read_inspection(
+            config, self.limits, files, **about, of_type=choices.type, opened=opened
+        )
         settings = {**new.config, "limits": None, "types": None}
-        same = [same, about["files"], about["before"], about["channel"]]
-        key = opened, json.dumps([*same, settings], default=str)
+        about |= {"files": files, "mass": new.given.moving_mass, "settings": settings}
+        key = opened, json.dumps(about, default=str)
         source = self._once("source", key, lambda: new)
         return replace(new, records=source.records, before=source.before), source
 
-    def type_of(self, choices: Choices, files: Sequence[str] = ()) -> str:
-        """Return the type of the breaker: the one that is chosen, or else stated by its file."""
-        first = (files or self._paths(choices.files))[0]
-        if choices.type or os.path.isdir(first):
-            return choices.type
-        return self._description_of(first).preamble.type
-
-    def measured(self, choices: Choices, state: str = "") -> Diagnosis:
-        """Return an inspection without the model's answer; raise as ``shown``, and ValueError if
-        nothing can be used.
-        """
-        shown = self.shown(choices, state)
-        if shown.diagnosis is None:
-            raise ValueError(shown.trouble)
-        find = lambda: replace(shown.diagnosis, families=tuple)  # noqa: E731
-        return self._once("measured", shown.diagnosis, find)
-
-    def complete(self, choices: Choices, state: str = "") -> Diagnosis:
-        """Return an inspection with the model's answer and changes; raise as ``measured``."""
-        self.measured(choices, state)  # what is wrong with the records is said before
-        shown = self.shown(choices, state)
-        inferred = {"estimates": shown.source.estimates, "changes": shown.source.changes}
-        vars(shown.diagnosis).update(inferred)
-        return shown.diagnosis
-
-    def sheet(self, choices: Choices, state: str) -> bytes:
-        """Return the sheet of an inspection, as ``breaker report`` writes it; raise as
-        ``measured``.
-        """
-        try:
-            report = report_of(self.complete(choices, state))
-            return self.commands.content_of(report, ".html")[0]
-        finally:
-            gc.collect()  # the figures of a sheet hold themselves, 20 MB of them
-
 
 def _propose(
-    file: str | Path, files: Files, config: Mapping
+    file: str | Path, files: Files, sensor: Mapping
 ) -> tuple[Sheet | None, Proposal | None, str]:
     """Return the contents of a file, the proposal for it, and why there is none."""
-    first, sheet = files[file], None
+    sheet = None
     try:
-        sheet = look_into(first)
-        find = lambda: inspect_file(file, config["sensor"], files=files)  # noqa: E731
-        return sheet, first.once(("proposed", str(config["sensor"])), find), ""
+        sheet = look_into(files[file])
+        find = lambda: inspect_file(file, sensor, files=files)  # noqa: E731
+        return sheet, files[file].once("proposed", find), ""
     except (ValueError, OSError) as error:
         return sheet, None, str(error)
 

@@ -1,4 +1,4 @@
-"""Limits, speed zones and ratios that a user sets on the page: the file of types of breaker.
+"""Limits and speed zones that a user sets on the page: the file of types of breaker.
 
 Commands and fleets use the same file, by ``types`` of the configuration.
 """
@@ -15,8 +15,6 @@ from breaker.configuration.definitions import types_of
 from breaker.configuration.loading import ConfigurationError
 from breaker.records.files import read_bytes
 
-_KEYS = ("limits", "speeds", "ratio")  # of an entry, which the page sets
-
 
 def read_types(file: str, config: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
     """Return the entries of a file of types; none where there is no file yet.
@@ -30,26 +28,22 @@ def read_types(file: str, config: Mapping[str, Any]) -> dict[str, dict[str, Any]
 def set_of_type(
     file: str, config: Mapping[str, Any], name: str, key: str, ends: Sequence[str]
 ) -> None:
-    """Set a value of a type's entry, such as ``limits.stroke`` from "170" to "184", a zone of a
-    speed, or its ``ratio``; empty ends remove it.
+    """Set a value of a type's entry, such as ``limits.closing stroke`` from "170" to "184", or a
+    zone of ``speeds``; empty ends remove it.
 
     Raises:
         ConfigurationError, ValueError: If the value is wrong; nothing is written.
         OSError: If the file cannot be written.
     """
     section, _, quantity = key.partition(".")
-    if not name.strip() or section not in _KEYS or (section == "ratio") == bool(quantity):
+    if not name.strip() or section not in ("limits", "speeds") or not quantity:
         raise ValueError("name the type of the breaker first, then set its limits")
     types = read_types(file, config)
     name = next((known for known in types if bare(known) == bare(name)), name.strip())
-    entry = types.setdefault(name, {})
-    held, place = (entry.setdefault(section, {}), quantity) if quantity else (entry, section)
-    values = [_number(end) for end in ends]
-    if section == "speeds":  # a number alone is a share of the stroke
-        values = [_share(value) for value in values]
-    held[place] = values if quantity else values[0]
-    if values == [None] * len(values):
-        del held[place]
+    entries = types.setdefault(name, {}).setdefault(section, {})
+    entries[quantity] = [_number(end) for end in ends]
+    if entries[quantity] == [None] * len(ends):
+        del entries[quantity]
     _write(file, config, types)
 
 
@@ -59,26 +53,6 @@ def _number(text: str) -> float | str | None:
         return float(text.replace(",", "."))
     except ValueError:
         return text.strip() or None
-
-
-def _share(point: float | str | None) -> str | None:
-    """Return a point of a speed; a number, or one in percent, is a share of the stroke."""
-    share = _number(str(point or "").removesuffix("%"))
-    return f"{share:g} % of stroke" if isinstance(share, float) else point
-
-
-def import_types(file: str, config: Mapping[str, Any], content: bytes) -> int:
-    """Add the entries of another file of types, in place of those of the same name; return how
-    many. Raises as ``set_of_type``.
-    """
-    try:
-        added = yaml.safe_load(content)
-    except (yaml.YAMLError, UnicodeDecodeError) as error:
-        raise ValueError(f"this is no file of types: {str(error).splitlines()[0]}") from error
-    if not isinstance(added, dict) or not added:
-        raise ValueError("this is no file of types: name types and their limits, as in the guide")
-    _write(file, config, {**read_types(file, config), **added})
-    return len(added)
 
 
 def _write(file: str, config: Mapping[str, Any], types: Mapping[str, Any]) -> None:

@@ -10,63 +10,48 @@ from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import replace
 from functools import cache, partial
-from importlib.resources import files as resources
-from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import jinja2
+import yaml
 from markupsafe import Markup
 
 from breaker.common.compiling import compile_now
-from breaker.common.document import Document, html_page, tone_of
+from breaker.common.document import Document, Table, html_page, tone_of
 from breaker.common.text import bare, visible_text
 from breaker.diagnosis.identity import nameplate
 from breaker.diagnosis.inspection_change import change_tables
-from breaker.diagnosis.tables import rejected_table, remarks_table, state_table, verdict_of
+from breaker.diagnosis.tables import (
+    limits_table,
+    rejected_table,
+    remarks_table,
+    state_table,
+    verdict_of,
+)
 from breaker.page import curves, types, values
 from breaker.page.catalogue import Inspection, earlier_than
-from breaker.page.choices import Choices, labelled, name_of, read_choices
+from breaker.page.choices import Choices, name_of, read_choices
 from breaker.page.session import MissingError, Session, Shown
 from breaker.records.files import printable
 
-_STATIC = {".js": "text/javascript", ".css": "text/css", ".svg": "image/svg+xml"}
-
 
 class Asked(NamedTuple):
-    """A request: the session, the rest of its path, its query, and the request with its body."""
+    """A request: the session, its query, and its body."""
 
     session: Session
-    rest: str
     query: Mapping[str, list[str]]
-    request: Any
-
-    def text(self, name: str) -> str:
-        """Return a value of the query; empty where it has none."""
-        return self.query.get(name, [""])[-1]
+    body: bytes = b""
 
     @property
-    def choices(self) -> Choices:
+    def shown(self) -> Shown:
         """The inspection that is asked for; MissingError if no file is named."""
         choices = read_choices(self.query)
         if not choices.files:
             raise MissingError("no file is named; open an inspection of the list")
-        return choices
-
-    @property
-    def shown(self) -> Shown:
-        """The inspection, in the state that the page knows."""
-        return self.session.shown(self.choices, self.text("state"))
+        return self.session.shown(choices)
 
 
-class File(NamedTuple):
-    """An answer that is no page and no JSON: its bytes, type, and name if it is saved."""
-
-    content: bytes
-    kind: str
-    name: str = ""
-
-
-Answer = str | dict | File
+Answer = str | dict
 
 
 @cache
@@ -91,12 +76,9 @@ def error_page(text: str, *, allowed: bool = True) -> str:
     return _page("error.html", text=visible_text(text), allowed=allowed)
 
 
-# ---- the list ------------------------------------------------------------------------------------
-
-
 def _list(asked: Asked) -> Answer:
     """The list of inspections; with ``look``, further files are described."""
-    inspections = asked.session.inspections(look=bool(asked.text("look")))
+    inspections = asked.session.inspections(look="look" in asked.query)
     groups: dict[str, list[Inspection]] = {}
     for inspection in inspections:
         groups.setdefault(inspection.breaker, []).append(inspection)
@@ -118,7 +100,7 @@ def _list(asked: Asked) -> Answer:
 def _verdict(asked: Asked) -> Answer:
     """The verdict on an inspection of the list, from measured values."""
     try:
-        result = asked.session.measured(asked.choices).result
+        result = asked.shown.measured.result
     except (ValueError, OSError) as error:
         reason = str(error).splitlines()[-1].strip()
         return {"verdict": "unread", "text": f"not readable: {visible_text(reason)}"}
@@ -128,47 +110,38 @@ def _verdict(asked: Asked) -> Answer:
     return {"verdict": result["verdict"] or "none", "text": visible_text(text)}
 
 
-def _drop(asked: Asked) -> Answer:
-    """Files dropped on the page."""
-    files = asked.request.files.get("file", [])
-    asked.session.drop([(file.filename, file.body) for file in files])
-    return {"dropped": len(files)}
-
-
-# ---- an inspection -------------------------------------------------------------------------------
-
-
 def _inspection(asked: Asked) -> Answer:
     """The page of an inspection: all that is known before anything is measured."""
-    session, shown = asked.session, asked.session.shown(asked.choices)
+    session, shown = asked.session, asked.shown
     chosen, diagnosis = shown.choices, shown.diagnosis
-    every = session.inspections(look=False)
+    every = session.inspections()
     own = next((one for one in every if set(chosen.files) <= set(one.files)), None)
-    earlier = earlier_than(own, [e for e in every if e.breaker == own.breaker]) if own else []
-    tabs = curves.tabs_of(diagnosis.records) if diagnosis else []
     known, name = types.read_types(session.types, session.config), session.type_of(chosen)
     page = _page(
         "inspection.html",
         names=[printable(name_of(file)) for file in chosen.files],
         plate=nameplate(diagnosis.records, diagnosis.before) if diagnosis else [],
         shown=shown,
+        overlay=yaml.safe_dump(shown.overlay, sort_keys=False, allow_unicode=True),
         type=name,
         types=known,
-        entry=next((entry for other, entry in known.items() if bare(other) == bare(name)), None),
+        is_new=bool(name) and not any(bare(other) == bare(name) for other in known),
         types_file=printable(os.path.relpath(session.types)),
-        earlier=[(one, chosen._replace(before=one.files).query) for one in earlier],
+        earlier=[
+            (one, chosen._replace(before=one.files).query)
+            for one in (earlier_than(own, every) if own else ())
+        ],
         alone=chosen._replace(before=()).query,
         lacking=[row.label for row in shown.rows if row.state == "missing"],
         doubts=sum(row.state in ("missing", "doubtful") for row in shown.rows),
-        remarks=[labelled(remark) for remark in shown.remarks],
-        tabs=[tab.title for tab in tabs],
+        tabs=[tab.title for tab in curves.tabs_of(diagnosis.records)] if diagnosis else [],
     )
     return page
 
 
 def _curves(asked: Asked) -> Answer:
     """The curves of a motion, or of all columns of a file that cannot be read."""
-    shown, number = asked.shown, asked.text("tab")
+    shown, number = asked.shown, asked.query.get("tab", [""])[-1]
     if shown.diagnosis is None:
         if shown.sheet is None:
             raise ValueError(shown.trouble)
@@ -176,29 +149,23 @@ def _curves(asked: Asked) -> Answer:
     tabs = curves.tabs_of(shown.diagnosis.records)
     if not number.isdecimal() or int(number) >= len(tabs):
         raise MissingError("there is no such motion; load the page again")
-    own = asked.session.config["report"]["colours"]
-    return curves.drawn(tabs[int(number)], shown.diagnosis, shown.files, own)
+    return curves.drawn(tabs[int(number)], shown.diagnosis, shown.files)
 
 
 def _results(asked: Asked, *, with_model: bool) -> Answer:
     """Values, limits, verdicts, and marks on curves; once the model has answered, with its state of
     the drive and the changes.
     """
-    find = asked.session.complete if with_model else asked.session.measured
-    diagnosis = find(asked.choices, asked.text("state"))
-    result, own = diagnosis.result, asked.session.config["report"]["colours"]
-    tabs = curves.tabs_of(diagnosis.records)
-    remarks = [remarks_table(result), rejected_table(result)]
-    warnings = [str(note) for note in result["warnings"]]
+    diagnosis = asked.shown.complete if with_model else asked.shown.measured
+    result, tabs = diagnosis.result, curves.tabs_of(diagnosis.records)
+    tables, remarks = [values.table_of(tab, diagnosis) for tab in tabs], remarks_table(result)
+    others = limits_table(values.other_limits(tables, result["records"]))
+    others = _document([others, rejected_table(result)])
+    verdict, words = result["verdict"] or "none", verdict_of(result)
     parts = {
-        "verdict": _page(
-            "verdict.html",
-            verdict=result["verdict"] or "none",
-            words=verdict_of(result),
-            warnings=warnings,
-        ),
-        "values": _page("values.html", tables=[values.table_of(tab, diagnosis) for tab in tabs]),
-        "remarks": _document(remarks),
+        "verdict": _page("verdict.html", verdict=verdict, words=words, warnings=result["warnings"]),
+        "values": _page("values.html", tables=tables, others=others),
+        "remarks": _document([remarks]),
     }
     if with_model:
         changes = [
@@ -207,22 +174,22 @@ def _results(asked: Asked, *, with_model: bool) -> Answer:
         ]
         parts["changes"] = _page("changes.html", changes=changes)
         parts["model"] = _document([state_table(result)])
-    marks = [
-        curves.marks_of(tab, [e for e in diagnosis.estimates if e.record in tab.records], own)
-        for tab in tabs
-    ]
-    count = sum(len(table.notes) for table in remarks)
-    return {"parts": parts, "marks": marks, "remarks": count}
+    marks = [curves.marks_of(tab, diagnosis) for tab in tabs]
+    return {"parts": parts, "marks": marks, "remarks": len(remarks.notes)}
 
 
-def _document(tables: list) -> Markup:
+def _document(tables: list[Table]) -> Markup:
     """Return tables as HTML, which escapes its texts."""
     some = [table for table in tables if table.rows or table.notes]
     return Markup(html_page(Document(parts=some), inner="part")) if some else Markup()
 
 
-def _sheet(asked: Asked) -> Answer:
-    return asked.session.sheet(asked.choices, asked.text("state")).decode("utf-8")
+def _set(asked: Asked) -> Answer:
+    """A limit or speed zone of a type."""
+    session, about = asked.session, json.loads(asked.body)
+    name, key, ends = (about.get(part) for part in ("type", "key", "ends"))
+    types.set_of_type(session.types, session.config, str(name), str(key), [str(e) for e in ends])
+    return {"type": name}
 
 
 def warm(session: Session) -> None:
@@ -230,58 +197,21 @@ def warm(session: Session) -> None:
     compile_now()
     with suppress(ValueError, OSError, StopIteration):
         file = next(name for name, path in session.files().items() if os.path.isfile(path))
-        asked = Asked(session, "", {"file": [file], "tab": ["0"]}, None)
         for name in ("inspection", "curves", "values", "model"):
-            VIEWS["GET", name](asked)
-
-
-# ---- types ---------------------------------------------------------------------------------------
-
-
-def _set(asked: Asked) -> Answer:
-    """A limit, speed zone or ratio of a type."""
-    session, about = asked.session, json.loads(asked.request.body)
-    name, key, ends = (about.get(part) for part in ("type", "key", "ends"))
-    types.set_of_type(session.types, session.config, str(name), str(key), [str(e) for e in ends])
-    return {"text": f"saved for {name} in {session.types}"}
-
-
-def _import(asked: Asked) -> Answer:
-    session = asked.session
-    count = types.import_types(session.types, session.config, asked.request.body)
-    return {"text": f"{count} types added to {session.types}"}
-
-
-def _export(asked: Asked) -> Answer:
-    session = asked.session
-    if not os.path.exists(session.types):
-        raise MissingError("no type is saved yet: set a limit, then export the file")
-    return File(Path(session.types).read_bytes(), "text/yaml", "types.yaml")
-
-
-def _static(asked: Asked) -> Answer:
-    """Scripts and styles of the page."""
-    folder = resources("breaker.page").joinpath("static")
-    if asked.rest not in [file.name for file in folder.iterdir()]:
-        raise MissingError("there is no such file of the page")
-    return File(folder.joinpath(asked.rest).read_bytes(), _STATIC[Path(asked.rest).suffix])
+            VIEWS["GET", name](Asked(session, {"file": [file], "tab": ["0"]}))
 
 
 VIEWS = {
     ("GET", ""): _list,
     ("GET", "verdict"): _verdict,
-    ("POST", "drop"): _drop,
     ("GET", "inspection"): _inspection,
     ("GET", "curves"): _curves,
     ("GET", "values"): partial(_results, with_model=False),
     ("GET", "model"): partial(_results, with_model=True),
-    ("GET", "sheet"): _sheet,
+    ("GET", "sheet"): lambda asked: asked.shown.report,
     ("POST", "set"): _set,
-    ("POST", "import"): _import,
-    ("GET", "types.yaml"): _export,
-    ("GET", "static"): _static,
 }
-"""Views by method and first part of the path."""
+"""Views by method and path."""
 
 SLOW = ("verdict", "model", "sheet")
-"""First parts of the paths of answers that may take long."""
+"""Paths of answers that may take long."""

@@ -191,6 +191,19 @@ def filled(travel: np.ndarray) -> np.ndarray:
     return np.interp(np.arange(travel.size), there, travel[there])
 
 
+def slope(travel: np.ndarray, half: int, step: float) -> np.ndarray:
+    """Return the slope of a straight line through so many samples before and after each, ``(n,)``,
+    mm/ms; nan where a sample is missing, or the line would reach beyond the ends.
+    """
+    known = np.isfinite(travel)
+    if travel.size <= 2 * half or not known.any():
+        return np.full(travel.size, np.nan)
+    places = np.arange(-half, half + 1)
+    slopes = np.convolve(filled(travel), -places / (step * np.square(places).sum()), "same")
+    slopes[:half] = slopes[-half:] = np.nan
+    return np.where(known, slopes, np.nan)
+
+
 def smoothed(travel: np.ndarray, half: int) -> np.ndarray:
     """Return the running median over so many samples before and after each, ``(n,)``.
 

@@ -4,6 +4,8 @@
 
 const LEFT = 58, RIGHT = 10, ROW = 13; // pixels: of the labels of axes, and of a line of text
 
+const nameOf = (curve) => curve.look ? curve.name : curve.phase || curve.name;
+
 function svg(tag, attributes = {}, text = "") {
   const made = document.createElementNS("http://www.w3.org/2000/svg", tag);
   for (const [name, value] of Object.entries(attributes)) made.setAttribute(name, value);
@@ -20,10 +22,8 @@ function ticksOf(low, high, count) { // round numbers
 }
 
 class Plot {
-  constructor(place, data, readings) {
-    Object.assign(this, { place, data, readings, window: data.window, marks: [], spot: null });
-    this.cursors = [null, null];
-    this.hidden = new Set();
+  constructor(place, data, say) {
+    Object.assign(this, { place, data, say, window: data.window, marks: [], cursors: [null, null], hidden: new Set() });
     this.panels = document.createElement("div");
     this.panels.tabIndex = 0;
     place.append(this.legend(), this.panels);
@@ -37,14 +37,13 @@ class Plot {
     new ResizeObserver(() => this.draw()).observe(place);
   }
 
-  legend() { // names of the curves of the travel, each a button that hides it
+  legend() { // names of phases, then of other records, each a button that hides its curves
     const row = document.createElement("div");
     row.className = "legend";
-    const panels = this.data.panels.filter((panel, k) => k === 0 || !panel.name); // without a name: of a file
-    const curves = panels.flatMap((panel) => panel.curves).sort((a, b) => Boolean(a.look) - Boolean(b.look));
-    for (const curve of curves) {
-      const name = curve.look ? curve.name : curve.phase || curve.name;
-      if ([...row.children].some((made) => made.textContent === name)) continue;
+    const curves = this.data.panels.flatMap((panel) => panel.curves).sort((a, b) => Boolean(a.look) - Boolean(b.look));
+    const first = new Map([...curves].reverse().map((curve) => [nameOf(curve), curve]));
+    for (const name of new Set(curves.map(nameOf))) {
+      const curve = first.get(name);
       const made = document.createElement("button");
       Object.assign(made, { type: "button", textContent: name, title: "hide or show" });
       made.setAttribute("aria-pressed", "true");
@@ -58,10 +57,6 @@ class Plot {
       row.append(made);
     }
     return row;
-  }
-
-  shows(curve) {
-    return !this.hidden.has(curve.look ? curve.name : curve.phase || curve.name);
   }
 
   show(window) {
@@ -101,58 +96,60 @@ class Plot {
       if (moved) return;
       this.cursors[now.shiftKey ? 1 : 0] = this.timeAt(now);
       this.draw();
-      this.readings(this.cursors, this.travels.bind(this));
+      this.say(this.readings());
     };
     addEventListener("pointermove", move);
     addEventListener("pointerup", release, { once: true });
   }
 
-  travels(time) { // at the samples nearest to a time, by phase
-    const nearest = (x) => x.reduce((best, at, k) => Math.abs(at - time) < Math.abs(x[best] - time) ? k : best, 0);
+  readings() { // travels of the samples nearest to the cursors
+    const words = [], [first, second] = this.cursors;
     const curves = this.data.panels[0].curves.filter((curve) => curve.name === "travel");
-    return curves.map(({ phase, x, y }) => [phase, y[nearest(x)]]);
+    for (const [k, time] of this.cursors.entries()) if (time !== null) {
+      const nearest = (x) => x.reduce((best, at, i) => Math.abs(at - time) < Math.abs(x[best] - time) ? i : best, 0);
+      const values = curves.map(({ phase, x, y }) => `${phase} ${y[nearest(x)]?.toFixed(2) ?? "–"} mm`);
+      words.push(`${k + 1}: ${time.toFixed(2)} ms ${values.join(", ")}`);
+    }
+    if (first !== null && second !== null) words.push(`difference: ${(second - first).toFixed(2)} ms`);
+    return words.join("; ");
   }
 
   draw() {
-    const width = this.place.clientWidth - LEFT - RIGHT;
+    const width = this.place.clientWidth - LEFT - RIGHT, last = this.data.panels.length - 1;
     if (width < 50) return;
-    const last = this.data.panels.filter((panel) => panel.name !== "resistance").length - 1;
-    this.panels.replaceChildren(...this.data.panels.map((panel, k) => this.panel(panel, width, k === last)));
+    this.panels.replaceChildren(...this.data.panels.map((panel, k) => this.panel(panel, width, k === last ? this.data.axis : "")));
   }
 
-  panel(panel, width, hasTimes) {
-    const overTravel = panel.name === "resistance", curves = panel.curves.filter((curve) => this.shows(curve));
-    const xs = overTravel ? rangeOf(curves.map((curve) => curve.x)) : this.window;
-    const within = curves.map(({ x, y }) => y.filter((_, k) => x[k] >= xs[0] && x[k] <= xs[1]));
-    const scale = overTravel ? Math.log10 : Number, [low, high] = rangeOf(within.map((y) => y.map((one) => one === null ? one : scale(one))));
-    const pad = 0.08 * (high - low) || 1, top = panel.name === "travel" ? 2 * ROW : 3, height = panel.height;
-    const axis = overTravel ? "travel (mm)" : hasTimes ? this.data.axis : "";
-    const X = (x) => (x - xs[0]) / (xs[1] - xs[0]) * width;
+  panel({ name, height, label, curves }, width, axis) {
+    const [begin, end] = this.window, isLog = name === "resistance", scale = isLog ? Math.log10 : Number;
+    const lines = curves.filter((curve) => !this.hidden.has(nameOf(curve)))
+      .map((curve) => ({ ...curve, y: curve.y.map((y) => y === null ? null : scale(y)) }));
+    const [low, high] = rangeOf(lines.map(({ x, y }) => y.filter((_, k) => x[k] >= begin && x[k] <= end)));
+    const pad = 0.08 * (high - low) || 1, top = name === "travel" ? 2 * ROW : 3;
+    const X = (x) => (x - begin) / (end - begin) * width;
     const Y = (y) => top + (high + pad - y) / (high - low + 2 * pad) * (height - top);
-    const whole = height + (axis ? 38 : 6), chart = svg("svg", { width: LEFT + width + RIGHT, height: whole, role: "img", "aria-label": panel.label });
+    const chart = svg("svg", { width: LEFT + width + RIGHT, height: height + (axis ? 38 : 6), role: "img", "aria-label": label });
     const inner = svg("svg", { x: LEFT, width, height, overflow: "hidden" });
     for (const y of ticksOf(low - pad, high + pad, height / 30)) {
+      const text = isLog ? Number((10 ** y).toPrecision(2)) : y;
       inner.append(svg("line", { class: "grid", x2: width, y1: Y(y), y2: Y(y) }));
-      chart.append(svg("text", { x: LEFT - 5, y: Y(y) + 4, "text-anchor": "end" }, overTravel ? String(Number((10 ** y).toPrecision(2))) : String(y)));
+      chart.append(svg("text", { x: LEFT - 5, y: Y(y) + 4, "text-anchor": "end" }, String(text)));
     }
-    for (const x of ticksOf(...xs, width / 80)) {
+    for (const x of ticksOf(begin, end, width / 80)) {
       inner.append(svg("line", { class: "grid", x1: X(x), x2: X(x), y2: height }));
       if (axis) chart.append(svg("text", { x: LEFT + X(x), y: height + ROW, "text-anchor": "middle" }, String(x)));
     }
-    if (axis) chart.append(svg("text", { x: LEFT + width / 2, y: height + 32, "text-anchor": "middle" }, axis));
-    chart.append(svg("text", { transform: `translate(12 ${height / 2}) rotate(-90)`, "text-anchor": "middle" }, panel.label));
-    for (const curve of curves) inner.append(svg("path", { class: `curve ${curve.look}`, stroke: curve.colour, d: pathOf(curve, X, (y) => Y(scale(y)), xs) }));
-    if (!overTravel) {
-      if (this.spot) inner.append(svg("rect", { class: "spot", x: X(this.spot[0]), width: Math.max(2, X(this.spot[1]) - X(this.spot[0])), height }));
-      this.cursors.forEach((at, k) => at !== null && inner.append(svg("line", { class: `cursor${k}`, x1: X(at), x2: X(at), y2: height })));
-    }
-    if (panel.name === "travel") this.addMarks(inner, X, Y, width);
+    chart.append(svg("text", { x: LEFT + width / 2, y: height + 32, "text-anchor": "middle" }, axis));
+    chart.append(svg("text", { transform: `translate(12 ${height / 2}) rotate(-90)`, "text-anchor": "middle" }, label));
+    for (const line of lines) inner.append(svg("path", { class: line.look, stroke: line.colour, d: pathOf(line, X, Y, this.window) }));
+    this.cursors.forEach((at, k) => at !== null && inner.append(svg("line", { class: `cursor${k}`, x1: X(at), x2: X(at), y2: height })));
+    if (name === "travel") this.addMarks(inner, X, Y);
     chart.append(inner);
     return chart;
   }
 
-  addMarks(inner, X, Y, width) { // a name once for all poles, in a row where it has room
-    const named = new Set(), ends = [-1, -1];
+  addMarks(inner, X, Y) { // a name once for all poles, the names in two rows by turns
+    const named = new Set();
     for (const mark of [...this.marks].sort((a, b) => a.x[0] - b.x[0])) {
       if (this.hidden.has(mark.phase)) continue;
       const [x, y] = [X(mark.x[0]), Y(mark.y[0])];
@@ -163,24 +160,20 @@ class Plot {
       const made = svg("circle", { cx: x, cy: y, r: 4, fill: mark.colour });
       made.append(svg("title", {}, `${mark.name} ${mark.phase}: ${mark.x[0].toFixed(2)} ms, ${mark.y[0].toFixed(2)} mm`));
       inner.append(made);
-      if (named.has(mark.name) || x < 0 || x > width) continue;
+      if (named.has(mark.name)) continue;
+      const above = ROW * (named.size % 2);
       named.add(mark.name);
-      const row = ends[0] < x ? 0 : 1, turned = x > width - 120;
-      ends[row] = x + 7 * mark.name.length;
-      inner.append(svg("line", { class: "mark", x1: x, x2: x, y1: ROW * row, y2: y }));
-      inner.append(svg("text", { x: x + (turned ? -4 : 4), y: ROW * row + 10, "text-anchor": turned ? "end" : "start" }, mark.name));
+      inner.append(svg("line", { class: "mark", x1: x, x2: x, y1: above, y2: y }));
+      inner.append(svg("text", { x: x + 4, y: above + 10 }, mark.name));
     }
   }
 }
 
 function rangeOf(lists) {
   let low = Infinity, high = -Infinity;
-  for (const list of lists) {
-    for (const one of list) {
-      if (one === null || !Number.isFinite(one)) continue;
-      low = Math.min(low, one);
-      high = Math.max(high, one);
-    }
+  for (const one of lists.flat()) if (Number.isFinite(one)) { // not null, nor of log(0)
+    low = Math.min(low, one);
+    high = Math.max(high, one);
   }
   return low <= high ? [low, high] : [0, 1];
 }
@@ -188,7 +181,7 @@ function rangeOf(lists) {
 function pathOf({ x, y }, X, Y, [begin, end]) { // samples that are shown, and one beyond each end
   let path = "", pen = "M";
   for (let k = 0; k < x.length; k += 1) {
-    if (x[k + 1] < begin || x[k - 1] > end || y[k] === null || x[k] === null) {
+    if (x[k + 1] < begin || x[k - 1] > end || !Number.isFinite(y[k]) || x[k] === null) {
       pen = "M";
       continue;
     }
