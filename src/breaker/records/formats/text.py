@@ -7,10 +7,9 @@ estimated from lines of the entire text, to propose settings that a user confirm
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from functools import cache
-from itertools import accumulate, islice
 from pathlib import Path
 from typing import NamedTuple
 
@@ -64,41 +63,38 @@ def sheet_of(opened: Opened, text: str, settings: Mapping, form: Mapping, title:
     Args:
         opened: The file; it keeps the numbers, so that other settings need not read them again.
         text, settings: The text; its delimiter and its decimal sign, by their keys.
-        form: The section ``endurance.format``, complete, whose columns the table must have; empty
-            where nothing is known.
+        form: The section ``endurance.format``, complete; empty where nothing is known.
         title: What the text is in its file, where that has several.
 
     Raises:
-        RejectedCurveError: If columns are not there; where nothing is known, if there are no
-            columns of numbers.
+        RejectedCurveError: If there are no columns of numbers.
     """
-    file, top, wanted = opened.file, _Top(text, settings), {}
+    file, top = opened.file, _Top(text, settings)
     if form and not top.lines:
         raise RejectedCurveError(file, "is empty")
-    if form:
-        wanted = words.wanted_columns(top.rows, form)
-        time = wanted.get("time")
-        if isinstance(time, str) and form["rate"] and not words.named_in(top.rows, time):
-            del wanted["time"]  # the rate stands for it
-    by_names = any(isinstance(column, str) for column in wanted.values())
-    first, named, unit, width = (_by_names if by_names else _by_numbers)(file, top, wanted)
+    wanted = words.wanted_columns(map(top.names, range(len(top.lines))), form) if form else {}
+    if form and form["rate"]:
+        wanted.pop("time", None)  # the rate may stand for it
+    first, named, unit, width = _head(file, top, wanted)
     names, texts = [] if named is None else top.names(named), [] if unit is None else top.row(unit)
     width = max(width, len(names), len(texts))
     names = [*names, *[""] * (width - len(names))]
     line = top.numbers[first]
     begin = sum(map(len, text[:BLOCK].split("\n", _TOP)[: line - 1])) + line - 1
     check_size(file, text.count("\n", begin), width, line=line)
-    untimed = form and "time" not in wanted  # a short line is not a sample
-    least = min(words.places_of(names, wanted["travel"])) if untimed else 0
+    untimed = form and form["time_column"] is None  # a short line is not a sample
+    least = min(words.places_of(names, wanted["travel"]), default=0) if untimed else 0
     body = _Body(settings["delimiter"], settings["decimal"], width, least)
     key = title, settings.get("encoding"), body, begin
     columns, lines, wrong = opened.once(key, lambda: body.samples(text, begin, line))
     if not form:  # such as those of open contacts
         columns = [np.where(np.abs(c) > LARGEST_NUMBER["time"], np.nan, c) for c in columns]
-    over = named - 1 if named and top.spans(named - 1) else None
-    above = [k for k in range(first) if k not in (named, unit, over)]
     # Where blanks separate cells, they separate words, too.
-    preamble = [[top.lines[k].strip()] if top.delimiter == " " else top.row(k) for k in above]
+    preamble = [
+        [top.lines[k].strip()] if top.delimiter == " " else top.row(k)
+        for k in range(first)
+        if k not in (named, unit)
+    ]
     heads = tuple(None if k is None else top.numbers[k] for k in (named, unit))
     about = file, names, columns, texts, preamble, settings
     return Sheet(*about, named=heads, lines=lines, wrong=wrong)
@@ -115,8 +111,6 @@ def encoding_of(content: bytes) -> str:
     if content[:2] in (b"\xff\xfe", b"\xfe\xff"):
         return "utf-16"
     start = content[:BLOCK]
-    if 4 * (zeros := start.count(0)) > len(start):
-        return "utf-16-be" if 2 * start[::2].count(0) > zeros else "utf-16-le"
     with suppress(UnicodeDecodeError):
         content.decode("utf-8")
         return "utf-8"
@@ -197,71 +191,24 @@ class _Top:
         self.lines = [lines[i - 1] for i in self.numbers]
         self.row = cache(lambda k: cells_of(self.lines[k], self.delimiter))
 
-    @property
-    def rows(self) -> Iterator[list[str]]:
-        """Names in all lines."""
-        return map(self.names, range(len(self.lines)))
-
     def kinds(self, k: int, places: Sequence[int]) -> list[int]:
         """Return the kinds of some cells of a line; a missing one is a missing sample."""
         return [self.kind("".join(self.row(k)[at : at + 1])) for at in places]
 
     def names(self, k: int) -> list[str]:
-        """Return the names in a line, with those of a line above whose cells span its cells; none
-        where it is such a line itself.
-        """
+        """Return the names in a line."""
         row = self.row(k)
-        if self.spans(k):
-            return []
-        if self.spans(k - 1):
-            tops = accumulate([*self.row(k - 1), *[""] * len(row)], lambda left, top: top or left)
-            for place, top in enumerate(islice(tops, len(row))):
-                bare, unit = words.split_unit(top)  # `Travel (in)` above `L1`, or `Time` above `ms`
-                cell = f"({row[place]})" if not unit and words.unit_of(row[place]) else row[place]
-                row = [*row[:place], f"{bare} {cell}".strip() + top[len(bare) :], *row[place + 1 :]]
         return [row[0].lstrip("#%! ") or row[0], *row[1:]]
 
-    def spans(self, k: int) -> bool:
-        """Whether the cells of a line name columns, and some of them span cells of the next one."""
-        if not 0 <= k < len(self.lines) - 1 or not self.row(k)[0]:
-            return False
-        over, under = ([*filter(None, self.row(place))] for place in (k, k + 1))
-        if not 2 <= len({*over}) < len(under) or _are_units(under):
-            return False
-        named = all(any(words.holds(top, kind) for kind in words.WORDS["columns"]) for top in over)
-        return named and all(self.kind(cell) < 1 for cell in (*over, *under))
 
+def _head(file: str | Path, top: _Top, wanted: Mapping[str, str | int]) -> _Head:
+    """The head above the first run of lines that are like those of the entire text.
 
-def _by_names(file: str | Path, top: _Top, wanted: Mapping[str, str | int]) -> _Head:
-    """The head with the last line that has all names above the first one with numbers below them;
-    all that follows are samples.
+    Names stand in the last line above it that has all wanted ones, or else in the last one, or
+    above one of units.
     """
-    named, places = None, []
-    for k in range(len(top.lines)):
-        if named is not None and {*top.kinds(k, places)} == {1}:
-            break
-        at = {kind: words.places_of(top.names(k), column) for kind, column in wanted.items()}
-        if all(at.values()):
-            named, places = k, [place[0] for kind, place in at.items() if kind not in words.BESIDE]
-    if named is None:
-        reason = f"no line has {' and '.join(map(words.label_of, wanted.values()))}"
-        remedy = "see endurance.format, also encoding and delimiter, or breaker inspect FILE"
-        raise RejectedCurveError(file, f"{reason}; {remedy}")
-    rest = (k for k in range(named + 1, len(top.lines)) if not is_remark(top.row(k)))
-    below = [*islice(rest, 2)]
-    kinds = top.kinds(below[0], places) if below else []
-    units = below.pop(0) if -1 in kinds and 1 not in kinds else None
-    if not below:
-        line = top.numbers[-1]
-        raise RejectedCurveError(file, "ends before its first sample; export it again", line=line)
-    return below[0], named, units, 0
-
-
-def _by_numbers(file: str | Path, top: _Top, wanted: Mapping[str, int]) -> _Head:
-    """The head above the first run of lines that are like those of the entire text: names stand in
-    the last line above it, or above one of units.
-    """
-    places = [column - 1 for kind, column in wanted.items() if kind not in words.BESIDE]
+    needed = [column for kind, column in wanted.items() if kind not in words.BESIDE]
+    places = [column - 1 for column in needed if isinstance(column, int)]
     rows = [cells_of(line, top.delimiter) for line in _some_lines(top.text)] or [[]]
     body = [[*map(top.kind, row)] for row in rows]
     numbers, texts = (np.median([row.count(kind) for row in body]) for kind in (1, -1))
@@ -277,10 +224,14 @@ def _by_numbers(file: str | Path, top: _Top, wanted: Mapping[str, int]) -> _Head
         if fits(first) and 4 * sum(map(fits, run)) >= 3 * max(len(run), 1 if wanted else 5):
             break
     else:
-        columns = " and ".join(map(words.label_of, wanted.values())) or "its lines"
-        reason = f"no columns of numbers are found in {columns}; is it a text of measurements?"
-        raise RejectedCurveError(file, f"{reason} See endurance.format.delimiter and decimal")
+        reason = "has no columns of numbers; is it a text of measurements?"
+        remedy = "See endurance.format.delimiter and decimal, or breaker inspect FILE"
+        raise RejectedCurveError(file, f"{reason} {remedy}")
     width, above = max(map(len, body)), first - 1
+    by_names = any(isinstance(column, str) for column in wanted.values())
+    for k in range(above, -1, -1) if by_names else ():
+        if all(words.places_of(top.names(k), column) for column in wanted.values()):
+            return first, k, above if k == above - 1 else None, 0  # columns without a name are none
     units = above if above >= 0 and _are_units(top.row(above)) else None
     names = above if units is None else above - 1
     cells = [*filter(None, top.row(names))] if names >= 0 else []
