@@ -1,14 +1,7 @@
-"""Tests that every format of curve files passes. Another distribution copies this file.
+"""Tests that every format of curve files passes.
 
-A test module of a format is
-
-    from format_contract import Example, FormatContract
-
-    class TestAcme(FormatContract):
-        example = Example("a.acme", {"travel_column": "way"}, "way", write)
-
-where ``write`` writes ``TIME`` and ``TRAVEL`` into a file of the format. The settings name columns
-and units; what they leave out is as in the defaults.
+A subclass states the ``example``, whose ``write`` writes ``TIME`` and ``TRAVEL`` into a file of the
+format. The settings name columns and units; what they leave out is as in the defaults.
 """
 
 from collections.abc import Callable, Mapping
@@ -64,7 +57,6 @@ class FormatContract:
         return complete(self.example.settings)
 
     def test_it_is_one_of_the_formats(self, curve_file):
-        """Else its entry point is not there, or the log says why it is not used."""
         format_ = format_of(Opened(curve_file))
         assert format_ in FORMATS
         assert {curve_file.suffix, *format_.endings} <= {*ENDINGS}

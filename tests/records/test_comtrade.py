@@ -19,7 +19,7 @@ _CHANNELS = ((1, "I", "A"), (2, "S", "mm"))
 def recorded(
     file, *, kind="ASCII", change=(), rates=((10_000, 60),), stamp=1.0, missing=(), code="utf-8"
 ):
-    """Write a pair of files with a current, the travel and a contact; return its parts."""
+    """Write a pair of files with a current, the travel and a contact; return the data."""
     described = [f"{i},{n},,,{u},0.001,0,0,-99999,99999,1,1,P" for i, n, u in _CHANNELS]
     start = "20/11/2024,15:13:07.000000"
     head = ["station,7,1999", "3,2A,1D", *described, "1,contact,,,0", "50", f"{len(rates)}"]
@@ -38,7 +38,7 @@ def recorded(
     else:
         data = b"".join(struct.pack(FORMS[kind], n, t, 5, x, c) for n, t, x, c in rows)
     file.with_suffix(".dat").write_bytes(data)
-    return text.encode(code), data
+    return data
 
 
 @pytest.fixture
@@ -64,17 +64,6 @@ def test_every_type_of_data_is_read_with_its_status_channels(file, kind, rates):
     np.testing.assert_allclose(read(file, time_unit="us").time, 1e3 * TIME)
     refusal(file, lambda: read(file, "Travel A"))
     np.testing.assert_array_equal(look_into(file).columns[2], CLOSED)
-
-
-@pytest.mark.parametrize("kind", ["ASCII", "BINARY"])
-def test_a_single_file_is_read(tmp_path, kind):
-    single = tmp_path / "b.CFF"
-    head, data = recorded(tmp_path / "a.cfg", kind=kind)
-    parts = b"--- file type: CFG ---\r\n" + head + b"\r\n--- file type: INF ---\r\nx\r\n"
-    single.write_bytes(parts + b"--- file type: DAT %b ---\r\n" % kind.encode() + data)
-    np.testing.assert_allclose(read(single).travel, TRAVEL, atol=1e-9)
-    single.write_bytes(parts)
-    refusal(single, lambda: read(single))
 
 
 @pytest.mark.parametrize(
@@ -131,7 +120,7 @@ def test_what_contradicts_or_is_damaged_is_refused(file, kind, change):
 
 
 def test_data_that_are_no_numbers_or_not_there_are_refused(file):
-    _, content = recorded(file)
+    content = recorded(file)
     data = file.with_suffix(".dat")
     for cell in (b"1_000", b"x", b"1e246", "١".encode(), b"5,5", b"\0"):
         data.write_bytes(content.replace(b",5,20,", b",5," + cell + b",", 1))

@@ -1,5 +1,6 @@
 """Formats of curve files: each fulfils the contract, and opened files are kept in bounds."""
 
+import ast
 import sys
 from functools import partial
 
@@ -69,10 +70,12 @@ class TestExample(FormatContract):
 
     @pytest.fixture(autouse=True)
     def _listed(self, monkeypatch):
-        monkeypatch.setattr(registry, "FORMATS", (*FORMATS, Format.of(example_format)))
+        line = example_format.__doc__.rpartition("Format(__name__, ")[2].strip().removesuffix(")")
+        form = Format(example_format.__name__, *ast.literal_eval(f"({line})"))
+        monkeypatch.setattr(registry, "FORMATS", (*FORMATS, form))
 
     def test_it_is_one_of_the_formats(self, curve_file):
-        assert format_of(Opened(curve_file)) == Format.of(example_format)
+        assert format_of(Opened(curve_file)).module == example_format.__name__
 
 
 @pytest.mark.parametrize(("format_", "name"), [*zip(FORMATS, EXAMPLES, strict=False)])

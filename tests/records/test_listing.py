@@ -32,8 +32,8 @@ def table(folder, *rows, head="file,motion,operation,breaker,phase"):
 
 
 def test_files_of_all_readable_kinds_count_in_the_order_of_their_numbers(tmp_path):
-    readable = ["1.csv", "10.cff", "2.TXT", "3.tsv", "4.xlsx", "5.cfg", "7.nc"]
-    paired = ["5.dat", ".8.csv", "~$4.xlsx", "11.md"]
+    readable = ["1.csv", "10.tsv", "2.TXT", "3.tsv", "4.xlsx", "5.cfg", "7.nc"]
+    paired = ["6.cff", "5.dat", ".8.csv", "~$4.xlsx", "11.md"]
     folder = tmp_path / "closing"
     fill(folder, *readable, *paired, "old/12.csv", "operations.csv")
     assert [file.name for file in record_files(folder)] == [*readable]

@@ -10,7 +10,6 @@ from breaker.page.choices import id_of, name_of
 from breaker.records.dates import one_date
 from breaker.records.file_names import phases_in_names
 from breaker.records.folder import record_files
-from breaker.records.formats.comtrade import lone_data
 from breaker.records.operations import MANIFEST
 from breaker.records.table_proposal import Description
 from breaker.records.words import motions_in
@@ -47,8 +46,8 @@ class Inspection(NamedTuple):
 
 
 def find_files(folder: Path) -> dict[str, str]:
-    """Return the paths of records in a folder and below by identifier; lone data are among them,
-    so that the page says what they lack. A folder with a table of operations is one entry.
+    """Return the paths of records in a folder and below by identifier. A folder with a table of
+    operations is one entry.
     """
     files: dict[str, str] = {}
     for place, folders, names in os.walk(folder):
@@ -57,7 +56,7 @@ def find_files(folder: Path) -> dict[str, str]:
         if MANIFEST in names:
             folders.clear()
         else:
-            paths = sorted([*record_files(place), *lone_data(place)], key=natural)
+            paths = sorted(record_files(place), key=natural)
         files |= {id_of(os.path.relpath(path, folder)): str(path) for path in paths}
         if len(files) > MOST:
             break

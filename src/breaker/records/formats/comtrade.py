@@ -1,5 +1,5 @@
-"""Curve files of fault recorders: COMTRADE (IEEE C37.111 of 1991, 1999 and 2013), either a pair of
-``.cfg`` and ``.dat`` or a single ``.cff``. Recorders leave many cells of the description empty.
+"""Curve files of fault recorders: COMTRADE (IEEE C37.111 of 1991, 1999 and 2013), pairs of ``.cfg``
+and ``.dat``. Recorders leave many cells of the description empty.
 """
 
 from __future__ import annotations
@@ -18,7 +18,6 @@ from breaker.records.formats.text import encoding_of
 from breaker.records.settings import FORMAT, SAME_RATE, TO_MS
 from breaker.records.sheet import Sheet
 
-_SECTION = re.compile(rb"(?im)^--- *file type: *([a-z]+)[^\r\n]*---[ \t]*\r?\n?")
 _TYPES = {"BINARY": "<i2", "BINARY32": "<i4", "FLOAT32": "<f4"}  # of a sample of an analog channel
 _NO_SAMPLE = 99999  # in ASCII, from 1999 on
 
@@ -27,7 +26,12 @@ def read(opened: Opened, form: Mapping) -> list[Sheet]:
     """Return the analog and the status channels (1 and 0) of a COMTRADE record, and as the last
     column its times, in ``time_unit`` of the form: see ``registry``.
     """
-    head, data, source = _parts(opened)
+    file = Path(opened.file)
+    if file.suffix.lower() == ".dat":
+        reason = f"is the data of a COMTRADE record: name {_part(file, '.cfg').name}"
+        raise RejectedCurveError(file, f"{reason}, copy both files, or name another text .csv")
+    head, source = opened.content, opened.once("data", lambda: _part(file, ".dat"))
+    data = opened.companion(source)
     check_lines(opened.file, head)
     encoding = form.get("encoding", encoding_of(head))
     about = _Description(opened.file, head.decode(encoding, "replace").removeprefix("\ufeff"))
@@ -46,32 +50,10 @@ def read(opened: Opened, form: Mapping) -> list[Sheet]:
     return [Sheet(opened.file, names, columns, units, about.stated, settings, clock)]
 
 
-def _parts(opened: Opened) -> tuple[bytes, bytes, str | Path]:
-    """The description, the data, and the file with the data."""
-    file, content = Path(opened.file), opened.content
-    if file.suffix.lower() == ".dat":
-        reason = f"is the data of a COMTRADE record: name {_part(file, '.cfg').name}"
-        raise RejectedCurveError(file, f"{reason}, copy both files, or name another text .csv")
-    if file.suffix.lower() == ".cff":
-        _, *sections = _SECTION.split(content)
-        parts = {k.upper(): part for k, part in zip(sections[::2], sections[1::2], strict=True)}
-        if not {b"CFG", b"DAT"} <= parts.keys():
-            raise RejectedCurveError(file, "lacks its part CFG or DAT; copy it again")
-        return parts[b"CFG"], parts[b"DAT"], file
-    data = opened.once("data", lambda: _part(file, ".dat"))
-    return content, opened.companion(data), data
-
-
 def _part(file: Path, ending: str) -> Path:
     """The other part of a record, its ending in small letters or capitals."""
     lower, upper = file.with_suffix(ending), file.with_suffix(ending.upper())
     return upper if upper.exists() else lower
-
-
-def lone_data(folder: str | Path) -> list[Path]:
-    """List the data in a folder whose description is lacking, as after copying one of two files."""
-    parts = sorted(Path(folder).glob("*.[dD][aA][tT]"))
-    return [part for part in parts if part.is_file() and not _part(part, ".cfg").exists()]
 
 
 class _Description:

@@ -1,7 +1,11 @@
 """An example of a format, complete, to copy: records of a recorder that nobody has.
 
 A file has the signs ``EXAMPLE1``, the number of samples a second, and the travel in mm, as
-little-endian numbers of four bytes. It is read as every format is, and passes the same tests.
+little-endian numbers of four bytes. It passes the tests of all formats. To be read it needs a line
+of ``FORMATS`` in ``registry``, with the names of its files in messages by ending, and the first
+bytes that prove a file to be of this format, whatever its ending:
+
+    Format(__name__, {".example-record": "a record of the example"}, (b"EXAMPLE1",))
 """
 
 from collections.abc import Mapping
@@ -10,15 +14,6 @@ import numpy as np
 
 from breaker.records.files import Opened, RejectedCurveError, check_size
 from breaker.records.sheet import Sheet
-
-ENDINGS = {".example-record": "a record of the example"}
-"""Names of its files in messages, by ending in lower case."""
-
-SIGNATURES = (b"EXAMPLE1",)
-"""First bytes that prove a file to be of this format, whatever its ending."""
-
-EXTRA = ""
-"""The extra of this package that the format needs; this one needs none."""
 
 
 def read(opened: Opened, form: Mapping) -> list[Sheet]:

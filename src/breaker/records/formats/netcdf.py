@@ -7,8 +7,6 @@ before numbers are read.
 from __future__ import annotations
 
 import io
-import re
-import struct
 from collections.abc import Mapping, Sequence
 from math import prod
 
@@ -85,7 +83,6 @@ def _in_hdf5(opened: Opened) -> tuple[Mapping, dict[str, _Variable]]:
     """The same of version 4."""
     import h5py
 
-    _check_texts(opened)
     # By its name, since h5py may crash as the process ends where a damaged file is one in memory.
     with h5py.File(opened.file, "r", locking=False) as file:
         check_size(opened.file, 0, len(file))
@@ -111,18 +108,3 @@ def _in_hdf5(opened: Opened) -> tuple[Mapping, dict[str, _Variable]]:
             about = {key: array.attrs[key] for key in _ABOUT if key in array.attrs}
             variables[name] = along, about, array[()]
         return dict(file.attrs), variables
-
-
-def _check_texts(opened: Opened) -> None:
-    """Refuse damaged collections of texts, on which HDF5 2.0 hangs (1 of 1,000 mutated files). Each
-    object has a number (0 for the free rest) and a size; the next one follows.
-    """
-    for start in re.finditer(b"GCOL\1\0\0\0", opened.content):
-        place, (size,) = start.end() + 8, struct.unpack_from("<Q", opened.content, start.end())
-        end = start.start() + size
-        while place + 16 <= end:
-            number, size = struct.unpack_from("<H6xQ", opened.content, place)
-            step = 16 + (size + 7) // 8 * 8 if number else size
-            if step < 16 or place + step > end:
-                raise RejectedCurveError(opened.file, "has damaged texts; copy it again")
-            place += step

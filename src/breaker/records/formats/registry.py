@@ -1,20 +1,16 @@
 """The formats of curve files: whatever the format, sheets come out.
 
 A format is a module with ``read``, which is imported when a file of the format is read. This module
-knows by which ending and first bytes. Other distributions add modules that state these themselves,
-by the entry points ``breaker.formats``: ``example_format`` is a complete one to copy. Each format
-passes the tests of ``tests/records/format_contract.py``.
+knows by which ending and first bytes. ``example_format`` is a complete one to copy; add it to
+``FORMATS``. Each format passes the tests of ``tests/records/format_contract.py``.
 """
 
-import logging
 import warnings
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from importlib import import_module
-from importlib.metadata import entry_points
 from pathlib import Path
-from types import ModuleType
 from typing import TYPE_CHECKING, NamedTuple
 
 from breaker import DISTRIBUTION
@@ -29,6 +25,7 @@ if TYPE_CHECKING:
 
 _REFUSED = {
     **dict.fromkeys((".xls", ".xlsb", ".ods"), "is of a kind that is not read; save it as .xlsx"),
+    ".cff": "is COMTRADE in a single file, which is not read; export it as .cfg and .dat",
     **dict.fromkeys((".yaml", ".yml"), "is a file of settings, not a record; name it by --config"),
     **dict.fromkeys((".png", ".jpg", ".pdf"), "is a picture, not a record; export its numbers"),
 }
@@ -51,44 +48,26 @@ class Format(NamedTuple):
     signatures: tuple[bytes, ...] = ()
     extra: str = ""
 
-    @classmethod
-    def of(cls, module: ModuleType) -> "Format":
-        """Return the format of a module that states these itself, in capitals."""
-        return cls(module.__name__, module.ENDINGS, module.SIGNATURES, module.EXTRA)
-
     def read(self, opened: Opened, form: Mapping) -> Sequence[Sheet]:
         """Return the sheets of a file; the module is imported by the first one."""
         return import_module(self.module).read(opened, form)
 
 
-def added_formats() -> list[Format]:
-    """Return the formats of other distributions; the log names those that cannot be used."""
-    formats = []
-    for entry in entry_points(group="breaker.formats"):
-        try:
-            formats.append(Format.of(entry.load()))
-        except Exception as error:  # code of others may raise anything
-            said = "the format %s cannot be used (%s); its files are not read"
-            logging.getLogger(__name__).error(said, entry.value, error)
-    return formats
-
-
 _HERE = "breaker.records.formats"
 _TEXTS = dict.fromkeys((".csv", ".txt", ".tsv"), "a text") | {".lvm": "a LabVIEW text"}
 _WORKBOOKS = dict.fromkeys((".xlsx", ".xlsm"), "an Excel workbook")
-_COMTRADE = dict.fromkeys((".cfg", ".cff"), "a COMTRADE record")
 _ARRAYS = dict.fromkeys((".nc", ".nc4"), "a NetCDF file")
 _ARRAYS |= dict.fromkeys((".h5", ".hdf5"), "an HDF5 file")
 
 TEXT = Format(f"{_HERE}.text", _TEXTS)
 EXCEL = Format(f"{_HERE}.excel", _WORKBOOKS, (b"PK\3\4",), "excel")
-COMTRADE = Format(f"{_HERE}.comtrade", _COMTRADE)
+COMTRADE = Format(f"{_HERE}.comtrade", {".cfg": "a COMTRADE record"})
 NETCDF = Format(
     f"{_HERE}.netcdf", _ARRAYS, (b"CDF\1", b"CDF\2", b"CDF\5", b"\x89HDF\r\n\x1a\n"), "netcdf"
 )
 LINES = Format(f"{_HERE}.lines", {})  # texts with a record on each line
 
-FORMATS = (TEXT, EXCEL, COMTRADE, NETCDF, LINES, *added_formats())
+FORMATS = (TEXT, EXCEL, COMTRADE, NETCDF, LINES)
 """All formats; a file of no known ending or signature is taken for one of the first, a text."""
 
 ENDINGS = tuple(ending for form in FORMATS for ending in form.endings)
