@@ -96,7 +96,7 @@ Unit = Literal["mm", "cm", "m", "um", "inch", "deg", "rad", "V", "counts", "%"]
 Stroke = _list(_number(float, high=1000, gt=0), 2, 2)
 Sizes = _list(_number(int, 1, 10_000), 1, 16)
 Hidden = _list(_number(int, 1, 512), 1, 4)
-Optimiser = Literal["muon", "muon_edges", "adamw"]
+Optimiser = Literal["muon", "muon_edges"]
 Posterior = Literal["amortised", "corrected"]
 _ORDERED = (lambda ends: ends[0] <= ends[1], "the first must not exceed the second")
 Numbers = _where(_list(_number(int, 0, 10**9), 2, 2), *_ORDERED)

@@ -34,7 +34,7 @@ from breaker.networks.blocks import Edge, Hidden
 # ---- optimisers ----
 
 # Layers whose matrices Muon moves, by the name of the optimiser; AdamW moves all other weights.
-_MOVED = {"adamw": (), "muon": (Hidden,), "muon_edges": (Hidden, Edge)}
+_MOVED = {"muon": (Hidden,), "muon_edges": (Hidden, Edge)}
 # Jordan's polynomial: the steepest at 0 whose values stay near 1, so that five rounds bring
 # singular values from 1e-3 of the largest up to 0.7.
 _COEFFICIENTS = (3.4445, -4.7750, 2.0315)
@@ -44,16 +44,14 @@ _ROUNDS = 5
 def optimisers(
     network: nn.Module, kind: str, *, learning_rate: float, weight_decay: float
 ) -> list[torch.optim.Optimizer]:
-    """Return the optimisers of a network's weights, one or two.
+    """Return the optimisers of a network's weights, AdamW and Muon.
 
     Args:
-        kind: "adamw"; "muon", which moves the matrices of ``Hidden`` layers by Muon; or
-            "muon_edges", which moves those of ``Edge`` layers by Muon, too.
+        kind: "muon", which moves the matrices of ``Hidden`` layers by Muon, or "muon_edges", which
+            moves those of ``Edge`` layers by Muon, too.
     """
     options = {"lr": learning_rate, "weight_decay": weight_decay}
     moved = [layer.weight for layer in network.modules() if isinstance(layer, _MOVED[kind])]
-    if not moved:
-        return [torch.optim.AdamW(network.parameters(), **options)]
     apart = {id(weight) for weight in moved}
     others = [weight for weight in network.parameters() if id(weight) not in apart]
     return [torch.optim.AdamW(others, **options), Muon(moved, **options)]
