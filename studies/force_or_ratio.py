@@ -25,7 +25,8 @@ from breaker.diagnosis.reading import read_operations
 from breaker.family.curve_file import write_curve
 from breaker.family.networks import shipped_networks
 from breaker.family.sensitivities import shipped_sensitivities
-from breaker.model.curves import rest_position, travel
+from breaker.model.curves import travel
+from breaker.model.equations import closed_rest
 from breaker.model.parameters import MOTIONS, NAMES
 from breaker.model.prior import Prior
 from breaker.model.quantities import SPEEDS
@@ -76,7 +77,7 @@ class Drive:
         theta = self.changed(factors | {"f": 0.97 * factors.get("f", 1.0)})
         gap = theta[NAMES.index("L")]
         if self.more is None:
-            return bool(rest_position(theta[None], "opening")[0] > gap)
+            return bool(closed_rest(theta) > gap)
         return Other(theta, self.more).excess(gap)[0] > 0.0
 
     def inspection(self, change: Mapping[str, float], rng: np.random.Generator, count: int = 3):

@@ -9,7 +9,7 @@ from scipy.optimize import brentq
 
 from breaker.common.randomness import generator
 from breaker.model import curves
-from breaker.model.curves import check, rest_position, travel
+from breaker.model.curves import check, travel
 from breaker.model.parameters import MOTIONS, NAMES
 from tests.model_references import changed, contact_force, integrate, propagate, system
 
@@ -73,15 +73,6 @@ def test_bytes_depend_on_nothing_but_the_row(prior, sensor, motion, monkeypatch)
         assert all(a.tobytes() == b[[k]].tobytes() for a, b in zip(alone, whole, strict=True))
     for other in results:
         assert all(a.tobytes() == b.tobytes() for a, b in zip(other, whole, strict=True))
-
-
-def test_rest_positions(prior):
-    """Eqs. (6) and (7): the open state is zero; in the closed one all forces cancel."""
-    theta, _ = draws(prior, 5, "rest")
-    assert np.all(rest_position(theta, "closing") == 0)
-    held = rest_position(theta, "opening")
-    _, k_a, k_b, _, _, f, gap = theta.T
-    np.testing.assert_allclose(f - k_a * held - k_b * (held - gap), 0.0, atol=1e-14)
 
 
 # ---- edges -----------------------------------------------------------------------------------

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from breaker.model.equations import pressed, pressed_half_space
-from breaker.model.parameters import NAMES, PARAMETERS, Size, is_logarithmic, outputs, powers
+from breaker.model.equations import pressed
+from breaker.model.parameters import NAMES, PARAMETERS, Size, is_logarithmic, powers
 from breaker.model.quantities import QUANTITIES
 
 
@@ -17,10 +17,7 @@ def test_order_and_units():
 
 
 def test_scale_of_the_outputs():
-    assert outputs(False) == PARAMETERS
-    names = [output.name for output in outputs(True)]
-    assert names == [*NAMES, "onset"]
-    assert is_logarithmic(names).tolist() == [True] * 7 + [False]
+    assert is_logarithmic([*NAMES, "onset"]).tolist() == [True] * 7 + [False]
 
 
 def test_drives_that_stay_pressed_are_a_half_space_of_the_standardised_prior(prior):
@@ -28,7 +25,7 @@ def test_drives_that_stay_pressed_are_a_half_space_of_the_standardised_prior(pri
     theta[:, NAMES.index("f")] *= 0.6  # so that some do not press their contact
     holds = pressed(theta)
     assert 0 < holds.sum() < len(holds)
-    slope, offset = pressed_half_space(prior.medians, prior.log_sds)
+    slope, offset = prior.condition
     assert np.array_equal(prior.standardise(theta) @ slope + offset > 0, holds)
 
 

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from breaker.common.randomness import generator
-from breaker.model.curves import rest_position, travel
+from breaker.model.curves import travel
+from breaker.model.equations import closed_rest
 from breaker.model.evaluation import evaluate
 from breaker.model.parameters import Size
 from breaker.model.quantities import SPEEDS, Point, Speed, quantities, speeds_of
@@ -91,7 +92,7 @@ def brute_force(point, curve, switching, rests, motion):
 def test_speeds_are_those_of_dense_curves(prior, motion):
     theta = prior.sample(8, generator(1, "test", "speeds", motion))
     curves, switching, _ = travel(theta, TIMES, motion)
-    rests = [rest_position(theta, word) for word in ("closing", "opening")]
+    rests = [np.zeros(len(theta)), closed_rest(theta)]
     rests = rests if motion == "closing" else rests[::-1]
     speeds = speeds_of(DEFINED)
     for speed in (record for record in speeds if record.motion == motion):

@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from breaker.model.equations import closed_rest, fastest_rate
+from breaker.model.equations import fastest_rate
 from breaker.model.kernels import simulate
 from breaker.model.parameters import MOTIONS, NAMES
 
@@ -71,7 +71,6 @@ def sensitivity(
     motion: str,
     *,
     onset: float | np.ndarray = 0.0,
-    by: slice = slice(None),
 ) -> tuple[Motion, np.ndarray]:
     """Simulate motions with derivatives of their curves, central differences.
 
@@ -80,7 +79,6 @@ def sensitivity(
 
     Args:
         theta, times, motion, onset: As in ``travel``, with its errors.
-        by: Which derivatives, of the seven parameters and the onset; all of them by default.
 
     Returns:
         What ``travel`` returns, and the derivatives of the travel, ``(n, t, p + 1)``: by the
@@ -93,9 +91,9 @@ def sensitivity(
         True
     """
     theta, times, onset = check(theta, times, motion, onset)
-    p, n = len(NAMES), len(theta)
-    ahead = np.eye(p + 1)[by] * _STEP
-    k, steps = len(ahead), np.concatenate([ahead, -ahead, np.zeros((1, p + 1))])
+    p, n, k = len(NAMES), len(theta), len(NAMES) + 1
+    ahead = np.eye(k) * _STEP
+    steps = np.concatenate([ahead, -ahead, np.zeros((1, k))])
     result, slopes = _empty(n, times.size), np.empty((n, k, times.size))
     for rows in blocks(n, len(steps)):
         moved = np.asarray(theta[rows], np.float64)[:, None] * np.exp(steps[:, :p])
@@ -106,13 +104,6 @@ def sensitivity(
         curves = flat.travel.reshape(-1, len(steps), times.size)
         slopes[rows] = (curves[:, :k] - curves[:, k : 2 * k]) / (2 * _STEP)
     return result, np.moveaxis(slopes, 1, 2)
-
-
-def rest_position(theta: np.ndarray, motion: str) -> np.ndarray:
-    """Return where the drive rests before a motion, ``(..., p) -> (...)``, mm (Eqs. 6 and 7)."""
-    _check_motion(motion)
-    closed = closed_rest(np.asarray(theta, dtype=np.float64))
-    return np.zeros_like(closed) if motion == "closing" else closed
 
 
 # ---- blocks ----------------------------------------------------------------------------------
@@ -139,7 +130,7 @@ def _of_block(theta: np.ndarray, *others: np.ndarray) -> list[np.ndarray]:
     They are writable and contiguous, as numba would compile again for others.
     """
     theta = np.asarray(theta, np.float64)
-    rates = np.stack([fastest_rate(theta, free=free) for free in (False, True)], axis=-1)
+    rates = np.column_stack([fastest_rate(theta, free=free) for free in (False, True)])
     return [np.require(array, np.float64, ["C", "W"]) for array in (theta, rates, *others)]
 
 
@@ -166,7 +157,8 @@ def check(
             f"{bad.any(axis=1).sum()} of {len(theta)} rows have a parameter that is not finite and "
             f"positive; the first is {NAMES[column]} = {theta[row, column]} in row {row}"
         )
-    _check_motion(motion)
+    if motion not in MOTIONS:
+        raise ValueError(f"unknown motion {motion!r}; it must be one of {', '.join(MOTIONS)}")
     is_row = times.ndim == 1 and times.size > 0 and np.isfinite(times).all()
     if not is_row or np.any(np.diff(times) <= 0):
         raise ValueError("times must be one finite, increasing row")
@@ -183,11 +175,6 @@ def check(
             f"{dict(zip(NAMES, theta[row].tolist(), strict=True))}"
         )
     return theta, times, onset
-
-
-def _check_motion(motion: str) -> None:
-    if motion not in MOTIONS:
-        raise ValueError(f"unknown motion {motion!r}; it must be one of {', '.join(MOTIONS)}")
 
 
 def too_fast(theta: np.ndarray, times: np.ndarray, onset: float | np.ndarray = 0.0) -> np.ndarray:

@@ -26,34 +26,17 @@ This module loads without numpy, for the checks of a configuration.
 
 from __future__ import annotations
 
-import math
-from collections.abc import Sequence
-
 from breaker.common.compiling import np
-from breaker.model.parameters import NAMES, split
+from breaker.model.parameters import split
 
 PRESSED = "f > k_a L"
 """The condition on a contact that is pressed in the closed rest position (``pressed``)."""
-
-_SIGNS = {"f": 1.0, "k_a": -1.0, "L": -1.0}  # log f - log k_a - log L > 0
 
 
 def pressed(theta: np.ndarray) -> np.ndarray:
     """Return which parameter sets keep the contact pressed, ``(..., p) -> (...)`` of bool."""
     _, k_a, _, _, _, f, gap = split(np.asarray(theta))
     return f > k_a * gap
-
-
-def pressed_half_space(
-    medians: Sequence[float], log_sds: Sequence[float]
-) -> tuple[tuple[float, ...], float]:
-    """Return ``a`` and ``b`` of the condition ``a . z + b > 0`` of a pressed contact, where ``z``
-    are standardised logarithms of the parameters.
-    """
-    signs = [_SIGNS.get(name, 0.0) for name in NAMES]
-    slope = tuple(sign * sd for sign, sd in zip(signs, log_sds, strict=True))
-    logs = (sign * math.log(median) for sign, median in zip(signs, medians, strict=True))
-    return slope, float(sum(logs))
 
 
 def spring_compression(theta: np.ndarray) -> np.ndarray:

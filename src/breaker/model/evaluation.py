@@ -17,9 +17,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from breaker.model.curves import blocks, check, rest_position, travel
-from breaker.model.equations import own_time, spring_compression
-from breaker.model.parameters import GAP, MOTIONS, NAMES, Size, split
+from breaker.model.curves import blocks, check, travel
+from breaker.model.equations import closed_rest, own_time, spring_compression
+from breaker.model.parameters import GAP, NAMES, Size, split
 from breaker.model.quantities import SPEED_UNIT, SPEEDS, Point, Speed, check_quantity
 
 _STEP = 0.25  # ms: cubics between samples are then right to a micrometre, as the tests show
@@ -111,9 +111,9 @@ class _Curves:
         self.exists = np.isfinite(switching) & (self.pressed | closing)
         self.at = np.where(self.exists, switching, 0.0)
         # Travel in the direction of the motion, (n, t), and the rest positions before and after.
-        sign, (before, after) = (1.0, MOTIONS) if closing else (-1.0, MOTIONS[::-1])
-        self.forward = sign * curves
-        self.start, self.end = (sign * rest_position(theta, rest) for rest in (before, after))
+        self.forward = curves if closing else -curves
+        closed, opened = closed_rest(theta), np.zeros(len(theta))
+        self.start, self.end = (opened, closed) if closing else (-closed, opened)
 
     def over_travel(self) -> np.ndarray:
         """Largest travel beyond the rest position at the end, mm, by a parabola through samples: 0

@@ -116,8 +116,8 @@ def propagate(mode, margin, buffers):
         whole[0, s], whole[1, s], whole[2, s], whole[3, s] = _times_matrix(half, column)
         for k in range(_TERMS):
             rows[2, s, k] = margin.drive * rows[0, s, k] + margin.contact * rows[1, s, k]
-        for k in range(_TERMS - 1):
-            rows[2, s, k] += margin.speed / h * (k + 1) * rows[0, s, k + 1]
+        for k in range(1, _TERMS):
+            rows[2, s, k - 1] += margin.speed / h * k * rows[0, s, k]
 
 
 # ---- polynomials in u ------------------------------------------------------------------------

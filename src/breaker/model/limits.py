@@ -9,7 +9,6 @@ itself, or the *change* of parameters since an earlier state, in percent.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -68,16 +67,11 @@ class Limit:
             yield f"of is {self.of}. Set it to {' or '.join(SOURCES)}."
         if not self.parts:
             yield "it has no quantity. Name one under upper or lower, with a value."
-        bounds = {(name, upper): value for name, value, upper in self.parts}
         for name in dict.fromkeys(self.quantities):
             if complaint := check_quantity(name, self.motion, self.speeds, self.of):
                 yield complaint
-            above, below = bounds.get((name, True), -math.inf), bounds.get((name, False), math.inf)
-            if above >= below:
-                yield (
-                    f"{name} cannot be above {above:g} and below {below:g} at once. Make two "
-                    "limits, or swap the values."
-                )
+            if self.quantities.count(name) > 1:
+                yield f"{name} has two bounds, but all parts of a limit must hold. Make two limits."
 
     @classmethod
     def from_settings(cls, entry: Mapping[str, Any], speeds: tuple[Speed, ...] = SPEEDS) -> Limit:
@@ -161,13 +155,7 @@ class Limit:
         values, sds = (np.asarray(given, dtype=np.float64) for given in (values, sds))
         # A value without an error is one with an error of round-off.
         holds = ndtr(self.excess(values) / np.maximum(sds, np.finfo(np.float64).eps))
-        # Two bounds on one quantity: it is between them or beyond one of them, never beyond both.
-        names = np.array(self.quantities)
-        shares = [
-            holds[..., names == name].sum(axis=-1) - (np.sum(names == name) - 1)
-            for name in dict.fromkeys(self.quantities)
-        ]
-        return np.prod(shares, axis=0)
+        return np.prod(holds, axis=-1)
 
 
 # ---- the section limits, and limits of a type -------------------------------------------------

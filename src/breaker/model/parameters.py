@@ -84,11 +84,6 @@ NAMES = tuple(parameter.name for parameter in PARAMETERS)
 MOTIONS = ("closing", "opening")
 
 
-def outputs(onset: bool) -> tuple[Parameter, ...]:
-    """Return what a network infers: the parameters, and the onset last where it is on."""
-    return (*PARAMETERS, ONSET) if onset else PARAMETERS
-
-
 def split(theta: np.ndarray) -> tuple[np.ndarray, ...]:
     """Split parameters ``(..., p)`` into seven arrays ``(...)``, in the order of ``NAMES``."""
     return tuple(np.moveaxis(theta, -1, 0))

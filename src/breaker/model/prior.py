@@ -36,14 +36,17 @@ The three quantities (median and 95 % interval of prior curves; catalogues): spr
 ``Prior`` has all three.
 """
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
-from breaker.model.equations import pressed, pressed_half_space
+from breaker.model.equations import pressed
 from breaker.model.parameters import NAMES, Size, powers
+
+_SIGNS = {"f": 1.0, "k_a": -1.0, "L": -1.0}  # log f - log k_a - log L > 0: a pressed contact
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,8 +97,9 @@ class Prior:
     @cached_property
     def condition(self) -> tuple[np.ndarray, float]:
         """Coefficients ``a``, ``b`` of ``a . z + b > 0`` on standardised parameters."""
-        slope, offset = pressed_half_space(self.medians, self.log_sds)
-        return np.array(slope), offset
+        signs = [_SIGNS.get(name, 0.0) for name in NAMES]
+        logs = (s * math.log(median) for s, median in zip(signs, self.medians, strict=True))
+        return signs * self.log_sds, sum(logs)
 
     @property
     def size_axes(self) -> np.ndarray:
@@ -117,13 +121,6 @@ class Prior:
     def destandardise(self, z: np.ndarray) -> np.ndarray:
         """Map standardised log space ``(..., p)`` to parameters ``(..., p)``."""
         return np.exp(np.log(self.medians) + self.log_sds * z)
-
-    def distances(self, theta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return distances from the medians, in sds of each logarithm, ``(..., p)``, and the sum of
-        their squares, ``(...)``: over the prior a chi-square of p degrees of freedom.
-        """
-        z = self.standardise(theta)
-        return z, np.square(z).sum(axis=-1)
 
     @staticmethod
     def supported(theta: np.ndarray) -> np.ndarray:
