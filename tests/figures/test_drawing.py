@@ -61,14 +61,14 @@ def test_ranks_and_a_failed_calibration_are_seen():
 def test_contraction_and_recovery_have_their_axes(count):
     """Contraction is across and the z-score up; the truth is across and the median up."""
     draws, truth = (item[..., :count] for item in inferred(NAMES))
-    result = validation.scores(draws, truth, prior_sd=np.full(count, 0.2), log=[True] * count)
+    z, known = validation.scores(draws, truth, prior_sd=np.full(count, 0.2), log=[True] * count)
     limit = np.linspace(0.3, 1, 8) if count == 8 else None
-    scatter = calibration.contraction(result, NAMES[:count], about="Closing", limit=limit)
+    scatter = calibration.contraction(z, known, NAMES[:count], about="Closing", limit=limit)
     summary = validation.recovery(draws, truth)
-    recovery = calibration.recovery(summary, NAMES[:count], about="Closing")
+    recovery = calibration.recovery(summary, truth, NAMES[:count], about="Closing")
     for figure, (across, up) in (
-        (scatter, (result.contraction, result.z)),
-        (recovery, (summary.truth, summary.median)),
+        (scatter, (known, z)),
+        (recovery, (truth, summary.median)),
     ):
         assert_drawn(figure)
         for k, axis in enumerate(figure.axes[:count]):

@@ -4,9 +4,9 @@ import numpy as np
 import xarray as xr
 
 from breaker.common.randomness import generator
-from breaker.model.parameters import outputs
+from breaker.model.parameters import NAMES as PARAMETERS
 
-NAMES = [output.name for output in outputs(onset=True)]
+NAMES = [*PARAMETERS, "onset"]
 CURVES, JUDGED, DRAWS = 40, 30, 60
 
 
@@ -55,7 +55,6 @@ def judgement(corrected, curves=JUDGED):
         "divergence": rng.lognormal(-2.3, 0.5, curves),
         "gap": rng.normal(0.1, 0.5, curves),
         "c2st": np.full(curves, 0.55),
-        "truth_log_density": rng.standard_normal(curves),
         "resolved": corrected.resolved.values[:curves],
     }
     item = {name: ("curve", value) for name, value in values.items()}

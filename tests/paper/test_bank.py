@@ -1,13 +1,11 @@
-"""Banks: what is in them, the same bytes for the same seed, and shards that fit together."""
+"""Banks: what is in them, the same for the same seed, and shards that fit together."""
 
-import json
 from dataclasses import replace
 
 import numpy as np
 import pytest
 import xarray as xr
 
-from breaker import __version__
 from breaker.common.randomness import generator
 from breaker.common.zarr_store import describe, save
 from breaker.model import curves
@@ -22,12 +20,10 @@ from breaker.paper.joint_model import Model
 def shard(prior, sensor):
     """Make a shard of a bank."""
 
-    def make(number=0, *, n=64, motion="closing", seed=1, onset_sd=0.3, **settings):
+    def make(number=0, *, motion="closing", seed=1, onset_sd=0.3):
         rng = generator(seed, "bank", motion, number)
-        bank = simulate(Model(prior, replace(sensor, onset_sd=onset_sd), motion), n, rng)
-        return describe(bank, "a bank", **{"onset_sd": onset_sd, **settings}).assign_attrs(
-            seed=seed
-        )
+        bank = simulate(Model(prior, replace(sensor, onset_sd=onset_sd), motion), 64, rng)
+        return describe(bank, "a bank", onset_sd=onset_sd)
 
     return make
 
@@ -46,34 +42,15 @@ def test_content(shard, sensor, motion, monkeypatch):
     assert np.all(Prior.supported(theta))
 
 
-def test_labels(shard, tmp_path):
-    """One ``xr.open_zarr`` gives everything: types, coordinates, units, settings, seed, version."""
-    save(shard(noise="none"), tmp_path / "bank.zarr")
-    with xr.open_zarr(tmp_path / "bank.zarr") as bank:
-        assert (bank.travel.dtype, bank.parameters.dtype) == (np.float32, np.float64)
-        units = {name: bank[name].unit for name in ("travel", "time", "onset", "switching_time")}
-        assert units == {"travel": "mm", "time": "ms", "onset": "ms", "switching_time": "ms"}
-        assert bank.parameter.values.tolist() == list(NAMES)
-        assert bank.parameter_unit.values.tolist() == [item.unit for item in PARAMETERS]
-        names = ("motion", "title", "seed", "breaker_version")
-        about = [bank.attrs[name] for name in names]
-        assert about == ["closing", "a bank", 1, __version__]
-        assert json.loads(bank.attrs["settings"]) == {"onset_sd": 0.3, "noise": "none"}
-
-
-def test_same_seed_same_bytes(shard, tmp_path):
-    for name, seed in (("one", 1), ("two", 1), ("other", 2)):
-        save(shard(seed=seed), tmp_path / name)
-    one, two, other = (
-        {
-            file.relative_to(tmp_path / name): file.read_bytes()
-            for file in (tmp_path / name).rglob("*")
-            if file.is_file()
-        }
-        for name in ("one", "two", "other")
-    )
-    assert one == two != other
-    assert len(one) > 10
+def test_a_bank_follows_from_its_seed_and_names_its_units(shard):
+    one, again, other = shard(), shard(), shard(seed=2)
+    xr.testing.assert_identical(one, again)
+    assert not np.any(one.travel[:, -1] == other.travel[:, -1])
+    assert (one.travel.dtype, one.parameters.dtype) == (np.float32, np.float64)
+    units = {name: one[name].unit for name in ("travel", "time", "onset", "switching_time")}
+    assert units == {"travel": "mm", "time": "ms", "onset": "ms", "switching_time": "ms"}
+    assert one.parameter.values.tolist() == list(NAMES)
+    assert one.parameter_unit.values.tolist() == [item.unit for item in PARAMETERS]
 
 
 def test_shards_keep_their_order_and_have_to_fit(shard, tmp_path):
@@ -86,11 +63,10 @@ def test_shards_keep_their_order_and_have_to_fit(shard, tmp_path):
         expected = np.concatenate([shards[number][variable] for number in (2, 0, 1)])
         np.testing.assert_array_equal(bank[variable], expected)
     assert len(np.unique(bank.parameters[:, 0])) == 3 * 64
-    assert (bank.parameter.values.tolist(), bank.attrs["motion"]) == (list(NAMES), "closing")
     late = shards[1].assign_coords(time=shards[1].time + 0.1)
     for other, words in (
-        (shard(1, motion="opening"), "other.*shard_0.*motion"),
-        (shard(1, onset_sd=0.1), "other.*shard_0.*settings"),
+        (shard(1, motion="opening"), "of different banks"),
+        (shard(1, onset_sd=0.1), "of different banks"),
         (late, "time"),
     ):
         save(other, tmp_path / "other")

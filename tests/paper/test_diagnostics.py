@@ -88,7 +88,7 @@ def test_draws_that_are_all_the_same_have_no_score(exact):
     draws[:3] = draws[:3, :1]
     some = data.assign(draws=(data.draws.dims, draws))
     assert with_width(some).sizes["curve"] == N - 3
-    table = quality(some, None, None, **SCALE)
+    table = quality(some, None, CONTRACTION, **SCALE)
     assert table.z_sd.to_numpy() == pytest.approx(exact.z_sd.to_numpy(), rel=0.02)
     for faulty, words in ((draws[:3], "no width"), (-draws[3:6], "must be positive")):
         with pytest.raises(ValueError, match=words):

@@ -53,7 +53,7 @@ def test_what_needs_a_density_says_so(oscillator):
     model = oscillator.model
     data = validate(oscillator, 8, draws=40, seed=2)
     assert data.output.values.tolist() == ["stroke", "frequency", "damping"]
-    assert np.isfinite(quality(data, None, None, **scale_of(data)).z_sd).all()
+    assert np.isfinite(quality(data, None, np.ones(3), **scale_of(data)).z_sd).all()
     with pytest.raises(ValueError, match=r"model\.simulator"):
         correct_validation(model, data, seed=1)
     with pytest.raises(ValueError, match=r"model\.simulator"):

@@ -10,17 +10,11 @@ from breaker.paper.correction import importance, resample
 
 TWO_SIDED = norm.isf(0.5e-3)  # 3.29 standard errors: false alarm 1e-3
 
-# ---- a posterior N(0, I) in three dimensions, and a proposal N(SHIFT, WIDTH^2 I) -----------------
-
+# A posterior N(0, I) in three dimensions, and a proposal N(SHIFT, WIDTH^2 I).
 WIDTH, SHIFT, LOG_EVIDENCE = 1.3, np.array([0.4, -0.3, 0.2]), -17.25
 # In units of the proposal, the posterior is N(M, S^2) in each coordinate.
 S, M = 1 / WIDTH, -SHIFT / WIDTH
 DIVERGENCE = 0.5 * np.sum(S**2 + M**2 - 1 - 2 * np.log(S))
-
-
-def weigh(n, rng):
-    z = SHIFT + WIDTH * rng.standard_normal((n, 3))
-    return norm.logpdf(z).sum(1) + LOG_EVIDENCE, norm.logpdf(z, SHIFT, WIDTH).sum(1)
 
 
 def moment(j):
@@ -32,16 +26,16 @@ def moment(j):
 
 def test_evidence_efficiency_and_divergence_in_closed_form():
     """False alarm 1e-3 each; errors by the delta method."""
-    joint, density = weigh(40_000, generator(1, "test exact", "judged"))
+    n = 40_000
+    z = SHIFT + WIDTH * generator(1, "test exact", "judged").standard_normal((n, 3))
+    joint, density = norm.logpdf(z).sum(1) + LOG_EVIDENCE, norm.logpdf(z, SHIFT, WIDTH).sum(1)
     result = importance(joint, density)
     weights = np.exp(joint - density - np.max(joint - density))
     np.testing.assert_allclose(np.exp(result.log_weights), weights / weights.sum(), rtol=1e-10)
     assert result.size == pytest.approx(weights.sum() ** 2 / np.square(weights).sum(), rel=1e-10)
-    assert result.efficiency == result.size / len(joint)
-    assert result.faulty == 0
-    n, (second, third, fourth) = len(joint), (moment(j) for j in (2, 3, 4))
-    assert abs(result.log_evidence - LOG_EVIDENCE) < TWO_SIDED * result.log_evidence_se
-    assert result.log_evidence_se == pytest.approx(np.sqrt((second - 1) / n), rel=0.05)
+    assert result.efficiency == result.size / n
+    second, third, fourth = (moment(j) for j in (2, 3, 4))
+    assert abs(result.log_evidence - LOG_EVIDENCE) < TWO_SIDED * np.sqrt((second - 1) / n)
     covariance = np.array([[second - 1, third - second], [third - second, fourth - second**2]])
     gradient = np.array([2 / second, -1 / second**2])
     error = np.sqrt(gradient @ covariance @ gradient / n)
@@ -61,10 +55,7 @@ def test_the_best_classifier_in_closed_form():
     assert abs(weighed.c2st - right) < TWO_SIDED * error
 
 
-# ---- Pareto k ----------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("n", [25, 500])
+@pytest.mark.parametrize("n", [25, 225, 500])
 @pytest.mark.parametrize("width", [0.5, 0.8, 1.3])
 def test_pareto_k_is_that_of_arviz(n, width):
     """Of ``N(0, I)`` in the plane by draws of another width: narrow, heavy tails; wide, bounded."""
@@ -82,9 +73,7 @@ def test_equal_weights_and_a_single_one():
     """Also with the round-off of a density taken off a large joint."""
     density = generator(1, "test exact", "equal").normal(size=300)
     result = importance(density + 120.0, density)
-    assert result.size == pytest.approx(300)
-    assert result.log_evidence == pytest.approx(120.0)
-    assert result.log_evidence_se == pytest.approx(0, abs=1e-7)  # the root of round-off
+    assert (result.size, result.log_evidence) == (pytest.approx(300), pytest.approx(120.0))
     assert result.gap == pytest.approx(0, abs=1e-12)
     assert (result.pareto_k, result.c2st) == (-np.inf, pytest.approx(0.5))
     for ahead in (30, 740, 1e5):  # one weight is everything, also where the others underflow
@@ -101,11 +90,10 @@ def test_zero_weights_are_legitimate():
     assert result.faulty == 0
     assert result.size == pytest.approx(4000 * share)
     assert result.log_evidence == pytest.approx(np.log(share))
-    assert result.log_evidence_se == pytest.approx(np.sqrt((1 - share) / (4000 * share)))
     assert result.gap == pytest.approx(-np.log(share))
     none = importance(np.full(50, -np.inf), np.zeros(50))
     assert (none.size, none.efficiency, none.faulty) == (0, 0, 0)
-    assert (none.log_evidence, none.log_evidence_se, none.gap) == (-np.inf, np.inf, np.inf)
+    assert (none.log_evidence, none.gap) == (-np.inf, np.inf)
     assert np.isnan(none.pareto_k)
 
 
@@ -119,8 +107,8 @@ def test_faults_are_counted_and_leave_nothing_defined(joint, density):
     log_joint[10:13], log_density[10:13] = joint, density
     result = importance(log_joint, log_density)
     assert result.faulty == 3
-    numbers = (result.size, result.pareto_k, result.log_evidence, result.log_evidence_se)
-    assert np.isnan([*numbers, result.gap, result.efficiency, *result.log_weights]).all()
+    numbers = (result.size, result.pareto_k, result.log_evidence, result.gap, result.efficiency)
+    assert np.isnan([*numbers, *result.log_weights]).all()
 
 
 # ---- resampling --------------------------------------------------------------------------------
@@ -151,27 +139,18 @@ def test_each_draw_is_taken_its_number_of_times_and_at_any_place():
         assert chisquare(observed, TIMES * WEIGHTS[positive]).pvalue > 1e-3 / 3
 
 
-class Start:
-    """Generator whose one random number is given, and which keeps the order."""
-
-    def __init__(self, number):
-        self.number = number
-
-    def random(self):
-        return self.number
-
-    def permutation(self, values):
-        return values
-
-
 @pytest.mark.parametrize("start", [0.0, 1e-300, np.nextafter(1.0, 0.0)])
 @pytest.mark.parametrize("n", [1, 99_991])
 def test_zero_weights_are_never_taken(start, n):
     """Not at either end either, where positions meet edges in round-off."""
+
+    class Start:
+        """Generator whose one random number is given, and which keeps the order."""
+
+        random = staticmethod(lambda: start)
+        permutation = staticmethod(lambda values: values)
+
     weights = np.concatenate([WEIGHTS, np.full(5, 0.1), np.zeros(2)])
-    indices = resample(log(weights / weights.sum()), n, Start(start))
+    indices = resample(log(weights / weights.sum()), n, Start)
     assert indices.shape == (n,)
     assert np.all(weights[indices] > 0)
-    # The last edge is the sum as it came out, so that weights need not sum to 1.
-    indices = resample(np.log(np.full(10, 0.099)), 1000, Start(0.5))
-    np.testing.assert_array_equal(np.bincount(indices), np.full(10, 100))

@@ -38,7 +38,7 @@ if params.stated:
     stated = pd.read_csv(params.stated, dtype=str, index_col="name").value.to_dict()
     others = [name for name in collected | stated if collected.get(name) != stated.get(name)]
     for name in others:
-        log.warning("%s is %s here, %s in docs", name, numbers.get(name), stated.get(name))
+        log.warning("%s is %s here, %s in docs", name, collected.get(name), stated.get(name))
     log.info("%d of them differ from docs/numbers.csv", len(others))
     if others:
         log.warning("`make numbers` writes those of this run into README.md and docs/")

@@ -35,10 +35,10 @@ def draw_contraction(scale: dict, file: str) -> None:
     wide = with_width(data)
     if alike := data.sizes["curve"] - wide.sizes["curve"]:
         log.warning("%d curves are left out, whose draws are all the same", alike)
-    judged = scores(wide.draws.values, wide.truth.values, **scale)
+    both = scores(wide.draws.values, wide.truth.values, **scale)
     limit = files.get("limit")  # none is known of a family, or of a simulator of one's own
     limit = open_store(limit).contraction.mean("curve").values if limit else None
-    save(calibration.contraction(judged, names, about=about, limit=limit), file)
+    save(calibration.contraction(*both, names, about=about, limit=limit), file)
 
 
 def draw_pairs(prior: xr.Dataset, scale: dict, file: str) -> None:
@@ -58,6 +58,6 @@ if rejected:
     about += f", {rejected} of {rejected + data.sizes['curve']} rejected by the reader"
 save(calibration.sbc(judge_draws(draws, truth), names, about=about), figures.sbc)
 if figures.get("pairs"):
-    save(calibration.recovery(recovery(draws, truth), names, about=about), figures.recovery)
+    save(calibration.recovery(recovery(draws, truth), truth, names, about=about), figures.recovery)
     draw_contraction(scale_of(data), figures.contraction)
     draw_pairs(open_store(files.prior), scale_of(data), figures.pairs)

@@ -15,7 +15,7 @@ from breaker.figures import style
 
 if TYPE_CHECKING:
     from breaker.paper.calibration import Calibration
-    from breaker.paper.validation import Recovery, Scores
+    from breaker.paper.validation import Recovery
 
 
 @style.styled
@@ -50,18 +50,23 @@ def sbc(calibration: "Calibration", names: Sequence[str], *, about: str) -> Figu
 
 @style.styled
 def contraction(
-    scores: "Scores", names: Sequence[str], *, about: str, limit: np.ndarray | None = None
+    z: np.ndarray,
+    known: np.ndarray,
+    names: Sequence[str],
+    *,
+    about: str,
+    limit: np.ndarray | None = None,
 ) -> Figure:
-    """Draw z-score against contraction, one dot per curve (paper, Fig. 5).
+    """Draw z-scores against contractions ``(n, q)``, one dot per curve (paper, Fig. 5).
 
     ``limit`` is the mean contraction of the exact posterior, linearised, ``(q,)``, if known.
     """
     figure, axes = p.panels(len(names), sharex=True, sharey=True)
-    mean = scores.mean_contraction
+    mean, z_sd = known.mean(axis=0), z.std(axis=0, ddof=1)
     for i, (axis, name) in enumerate(zip(axes, names, strict=True)):
         dots = {"ms": 2.5, "mew": 0, "alpha": 0.45, "rasterized": True}
         dots |= {"color": p.OUTPUTS[name].colour, "label": "one simulated curve"}
-        axis.plot(scores.contraction[:, i], scores.z[:, i], "o", **dots)
+        axis.plot(known[:, i], z[:, i], "o", **dots)
         for level in (-3.0, 3.0):
             axis.axhline(level, color=style.REFERENCE, lw=0.9, ls=":", label="z-score ±3")
         axis.axhline(0.0, color=style.REFERENCE, lw=0.6)
@@ -70,19 +75,19 @@ def contraction(
             look = {"lw": 1.2, "ls": "--", "label": "mean, linearised limit"}
             axis.axvline(limit[i], color=style.MEASURED, **look)
             words += f", limit {limit[i]:.2f}"
-        axis.set_title(f"{p.named(name)}\n{words}, z-score sd {scores.z_sd[i]:.2f}", fontsize=10)
-    largest = max(4.2, 1.05 * abs(scores.z).max())
-    lowest = scores.contraction.min()
+        axis.set_title(f"{p.named(name)}\n{words}, z-score sd {z_sd[i]:.2f}", fontsize=10)
+    largest = max(4.2, 1.05 * abs(z).max())
+    lowest = known.min()
     if lowest < -1.0:  # a few that know less than the prior does would hide all others
-        lowest = np.quantile(scores.contraction, 0.002)
-    left = int((scores.contraction < lowest).sum())
+        lowest = np.quantile(known, 0.002)
+    left = int((known < lowest).sum())
     axes[0].set(xlim=(min(0.0, 1.05 * lowest), 1.02), ylim=(-largest, largest))
     p.label_outer(axes, "contraction", "z-score")
     best, least = mean.argmax(), mean.argmin()
     finding = f"Best known: {p.word(names[best])} (contraction {mean[best]:.2f})"
     if least != best:
         finding += f"; least: {p.word(names[least])} ({mean[least]:.2f})"
-    about += f"\nz-score sd {scores.z_sd.min():.2f} to {scores.z_sd.max():.2f}"
+    about += f"\nz-score sd {z_sd.min():.2f} to {z_sd.max():.2f}"
     about += f"; {left} curves left of the axes" * (left > 0)
     if limit is not None:
         short = (limit - mean).max()
@@ -94,18 +99,18 @@ def contraction(
 
 
 @style.styled
-def recovery(summary: "Recovery", names: Sequence[str], *, about: str) -> Figure:
-    """Draw posterior median and 95 % interval against the truth (paper, Fig. 6)."""
+def recovery(summary: "Recovery", truth: np.ndarray, names: Sequence[str], *, about: str) -> Figure:
+    """Draw posterior median and 95 % interval against the truth ``(n, q)`` (paper, Fig. 6)."""
     figure, axes = p.panels(len(names), height=3.7)
     for i, (axis, name) in enumerate(zip(axes, names, strict=True)):
-        truth, low, high = summary.truth[:, i], *summary.interval_95[:, i].T
+        true, low, high = truth[:, i], *summary.interval_95[:, i].T
         output = p.OUTPUTS[name]
         look = {"lw": 0.7, "alpha": 0.13, "rasterized": True, "label": "95 % interval"}
-        axis.vlines(truth, low, high, color=output.colour, **look)
+        axis.vlines(true, low, high, color=output.colour, **look)
         dots = {"ms": 3.2, "mec": "white", "mew": 0.3, "label": "posterior median"}
-        axis.plot(truth, summary.median[:, i], "o", color=output.colour, **dots)
+        axis.plot(true, summary.median[:, i], "o", color=output.colour, **dots)
         # All truths and medians; the longest intervals may end outside, not to dwarf the rest.
-        centres = np.concatenate([truth, summary.median[:, i]])
+        centres = np.concatenate([true, summary.median[:, i]])
         room = 0.06 * np.ptp(centres)
         ends = centres.min() - room, centres.max() + room
         axis.plot(ends, ends, color=style.MEASURED, lw=1.0, ls="--", label="inferred = true")

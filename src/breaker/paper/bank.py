@@ -18,6 +18,7 @@ from breaker.model.sensor import Sensor
 from breaker.paper.joint_model import Model
 
 _TRAVEL_DTYPE = np.float32  # 1e-6 mm, a hundred-thousandth of the noise
+_ALIKE = ("motion", "settings")  # of the shards of a bank
 
 
 def simulate(model: Model, n: int, rng: np.random.Generator) -> xr.Dataset:
@@ -67,20 +68,13 @@ def truth(bank: xr.Dataset, model: Model) -> np.ndarray:
 
 def open_bank(shards: Sequence[str | Path]) -> xr.Dataset:
     """Read the shards of a bank, in the order given, into one dataset in memory; raise a ValueError
-    if there is no shard, or if two shards differ in motion, grid or settings.
+    if they differ in motion, grid or settings.
     """
-    if not shards:
-        raise ValueError("a bank needs at least one shard")
     parts = [open_store(shard) for shard in shards]
-    for shard, part in zip(shards, parts, strict=True):
-        others = [key for key in ("motion", "settings") if part.attrs[key] != parts[0].attrs[key]]
-        if not part.time.equals(parts[0].time):
-            others.append("time")
-        if others:
-            raise ValueError(
-                f"{shard} does not fit {shards[0]}: {', '.join(others)} differ. Delete both and "
-                "simulate the bank again"
-            )
+    if any(part.attrs[key] != parts[0].attrs[key] for key in _ALIKE for part in parts):
+        raise ValueError(
+            f"{shards[0]} and other shards are of different banks. Delete them and simulate again"
+        )
     return xr.concat(parts, dim="curve", join="exact", combine_attrs="override").load()
 
 

@@ -65,26 +65,13 @@ def calibration_p_values(ranks: ArrayLike, draws: int) -> np.ndarray:
     return np.array([_leaving_probability(_bounds(n, draws, tail), n, draws) for tail in tails])
 
 
-def checked_ranks(ranks: ArrayLike, draws: int) -> np.ndarray:
-    """Return ranks as an array ``(n, q)``; raise a ValueError if there is none, or one is not an
-    integer from 0 to ``d``.
-    """
-    ranks = np.asarray(ranks)
-    ranks = ranks[:, None] if ranks.ndim == 1 else ranks
-    whole = np.issubdtype(ranks.dtype, np.integer)
-    if ranks.ndim != 2 or not ranks.size or not whole or ranks.min() < 0 or ranks.max() > draws:
-        raise ValueError(f"ranks must be an array (n, q) of integers from 0 to {draws}")
-    return ranks
-
-
 def _grid(draws: int) -> np.ndarray:
     return np.arange(1, draws + 1) / (draws + 1)
 
 
 def _counts_below(ranks: ArrayLike, draws: int) -> tuple[np.ndarray, int]:
     """Return how many ranks lie below each grid point, ``(k, q)``, and their number."""
-    ranks = checked_ranks(ranks, draws)
-    columns = [np.bincount(column, minlength=draws + 1) for column in ranks.T]
+    columns = [np.bincount(column, minlength=draws + 1) for column in np.transpose(ranks)]
     return np.cumsum(np.stack(columns, axis=1), axis=0)[:-1], len(ranks)
 
 
@@ -218,7 +205,7 @@ def coverage(ranks: ArrayLike, draws: int, *, levels: Sequence[float]) -> np.nda
     """Return the share of truths inside central intervals of ``l`` nominal levels, ``(l, q)``; the
     expected share is within 1/(d + 1) of the level.
     """
-    off_centre = np.abs((checked_ranks(ranks, draws) + 0.5) / (draws + 1) - 0.5)
+    off_centre = np.abs((np.asarray(ranks) + 0.5) / (draws + 1) - 0.5)
     return np.array([np.mean(off_centre <= level / 2, axis=0) for level in levels])
 
 

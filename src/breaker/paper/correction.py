@@ -20,7 +20,7 @@ import numpy as np
 import xarray as xr
 from scipy.linalg import solve_triangular
 from scipy.optimize import brentq
-from scipy.special import logsumexp
+from scipy.special import logsumexp, softmax
 from tqdm import tqdm
 
 from breaker.common.randomness import generator, systematic
@@ -32,6 +32,8 @@ if TYPE_CHECKING:  # corrections need a model alone: torch is not loaded for the
 _SMALLEST_SIZE = 400  # of the result's 2000 draws: means are known to 5 % of a posterior sd
 _LARGEST_K = 0.7  # above it errors of importance sampling are not reliable (Vehtari et al., 2024)
 _EFFICIENCY = 0.4  # of a round: twice what the result needs
+_ROUND_DRAWS = 500  # a few times the effective size that a fit needs
+_RESULT_DRAWS = 2000  # whose weights are checked
 _FIT_SIZE = 100  # effective size that a fit needs: thrice the coefficients of its last coordinate
 _FREEDOM = 5.0  # of the maps' Student-t: heavy enough for tails that a fit has not seen
 _RIDGE = {"linear": 2.0, "quadratic": 8.0}  # prior of coefficients, worth so many draws
@@ -47,8 +49,8 @@ class Importance:
     Attributes:
         log_weights: Normalised so that their exponentials sum to 1, ``(d,)``.
         size: Effective sample size.
-        log_evidence, log_evidence_se: Log of the probability density of the record, and its
-            standard error by the delta method, ``sqrt(1 / size - 1 / d)``.
+        log_evidence: Log of the probability density of the record; its standard error is about
+            ``sqrt(1 / size - 1 / d)``.
         gap: Value of ``KL(p | q)``, nats.
         faulty: Number of weights that are nan or infinite; if any, all else is nan.
     """
@@ -56,7 +58,6 @@ class Importance:
     log_weights: np.ndarray
     size: float
     log_evidence: float
-    log_evidence_se: float
     gap: float
     faulty: int
 
@@ -100,16 +101,15 @@ def importance(log_joint: np.ndarray, log_density: np.ndarray) -> Importance:
     d = log_ratio.size
     faulty = int(np.sum(np.isnan(log_ratio) | (log_ratio == np.inf) | (log_density == np.inf)))
     if faulty:
-        return Importance(np.full(d, np.nan), *[np.nan] * 4, faulty)
+        return Importance(np.full(d, np.nan), *[np.nan] * 3, faulty)
     total = logsumexp(log_ratio)
     if total == -np.inf:  # no draw in the support: nothing is known, and nothing is wrong
-        return Importance(log_ratio, 0.0, -np.inf, np.inf, np.inf, 0)
+        return Importance(log_ratio, 0.0, -np.inf, np.inf, 0)
     log_weights, log_evidence = log_ratio - total, float(total - np.log(d))
     size = float(np.exp(-logsumexp(2 * log_weights)))
-    error = float(np.sqrt(max(0.0, 1 / size - 1 / d)))
     positive = log_weights > -np.inf
     gap = float(np.exp(log_weights[positive]) @ (log_ratio[positive] - log_evidence))
-    return Importance(log_weights, size, log_evidence, error, gap, 0)
+    return Importance(log_weights, size, log_evidence, gap, 0)
 
 
 def _pareto_k(log_weights: np.ndarray) -> float:
@@ -122,7 +122,7 @@ def _pareto_k(log_weights: np.ndarray) -> float:
         return -np.inf
     if tail[-1] - tail[0] > 700:  # one weight is everything: the others underflow, and k with them
         return np.inf
-    weights = np.exp(tail - tail[-1])
+    weights = np.exp(tail)
     with np.errstate(all="ignore"):
         return _tail_shape(weights[1:] - weights[0])
 
@@ -139,11 +139,7 @@ def _tail_shape(excess: np.ndarray) -> float:
     theta = 1 - np.sqrt(points / (np.arange(1, points + 1) - 0.5))
     theta = theta / (3 * excess[int(n / 4 + 0.5) - 1]) + 1 / excess[-1]
     shape = np.mean(np.log1p(-theta[:, None] * excess), axis=1)
-    profile = n * (np.log(-theta / shape) - shape - 1)
-    weight = np.exp(profile - logsumexp(profile))
-    counted = weight >= 10 * np.finfo(float).eps
-    weight, theta = weight[counted], theta[counted]
-    mean = np.sum(theta * (weight / weight.sum()))
+    mean = softmax(n * (np.log(-theta / shape) - shape - 1)) @ theta
     return float((n * np.mean(np.log1p(-mean * excess)) + 10 * 0.5) / (n + 10))
 
 
@@ -283,16 +279,12 @@ def correct(
     rng: np.random.Generator,
     *,
     rounds: int = 20,
-    round_draws: int = 500,
-    result_draws: int = 2000,
 ) -> Corrected:
     """Correct the draws ``(d, q)`` of a network, physical units, of one record ``(t,)``, mm, nan
     where a sample is missing. Only their rough place and spread matter.
 
-    Args:
-        rounds: Most rounds of adaptation; one is enough for 99 % of the default run's records.
-        round_draws: Draws of a round, a few times the effective size that a fit needs.
-        result_draws: Draws that make the result, and their weights.
+    There are at most so many rounds of adaptation. One is enough for 99 % of the default run's
+    records.
     """
 
     def draw(n: int) -> _Draws:
@@ -307,33 +299,25 @@ def correct(
             z = model.standardise(draws)
         proposal = TriangularMap.fit(z)
         while done < rounds and (result is None or result.weights.fault):
-            drawn.append(draw(round_draws))
+            drawn.append(draw(_ROUND_DRAWS))
             proposal = _refit(drawn)
             done += 1
             if drawn[-1].weights.efficiency >= _EFFICIENCY or done == rounds:
-                drawn.append(draw(result_draws))
+                drawn.append(draw(_RESULT_DRAWS))
                 if drawn[-1].weights.fault:
                     proposal = _refit(drawn)
                 result = drawn[-1]
     except np.linalg.LinAlgError as error:
         failure = f"no map: {error}"
-    if result is None:
-        return _nothing(draws, failure, drawn[-1].weights if drawn else _UNKNOWN, done)
-    weights, reason = result.weights, failure or result.weights.fault
-    if weights.size == 0:
-        return _nothing(draws, reason, weights, done)
+    weights = result.weights if result else drawn[-1].weights if drawn else _UNKNOWN
+    reason = failure or weights.fault
+    if result is None or weights.size == 0:
+        return Corrected(np.full(draws.shape, np.nan), weights, done, False, reason)
     chosen = result.z[resample(weights.log_weights, len(draws), rng)]
     return Corrected(model.destandardise(chosen), weights, done, not reason, reason)
 
 
-_UNKNOWN = Importance(np.full(1, np.nan), *[np.nan] * 4, 0)
-
-
-def _nothing(
-    draws: np.ndarray, reason: str, weights: Importance = _UNKNOWN, rounds: int = 0
-) -> Corrected:
-    """Return the result of a record without a posterior."""
-    return Corrected(np.full(draws.shape, np.nan), weights, rounds, False, reason)
+_UNKNOWN = Importance(np.full(1, np.nan), *[np.nan] * 3, 0)
 
 
 def _refit(drawn: Sequence[_Draws]) -> TriangularMap:
@@ -353,17 +337,13 @@ def _refit(drawn: Sequence[_Draws]) -> TriangularMap:
 def temper(log_ratio: np.ndarray, size: float) -> np.ndarray:
     """Return normalised weights of at least an effective size, ``(d,) -> (d,)``.
 
-    The ratios are raised to the largest power up to 1 that leaves it. A LinAlgError is raised if
-    fewer than ``size`` draws have a finite ratio.
+    The ratios, of which as many are finite, are raised to the largest power up to 1 that leaves it.
+    A LinAlgError is raised if a ratio is nan or infinite.
     """
     finite = np.isfinite(log_ratio)
     faulty = np.sum(~finite & (log_ratio != -np.inf))
     if faulty:
         raise np.linalg.LinAlgError(f"{faulty} weights are not finite")
-    if finite.sum() < size:
-        raise np.linalg.LinAlgError(
-            f"{finite.sum()} of {finite.size} draws have a usable weight, {size:g} are needed"
-        )
     centred = log_ratio[finite] - log_ratio[finite].max()
 
     def excess(power: float) -> float:
@@ -373,7 +353,7 @@ def temper(log_ratio: np.ndarray, size: float) -> np.ndarray:
     # The root is found to 1e-3 of itself, however small, and taken from below.
     power = 1.0
     if excess(power) < 0:
-        power = (1 - 1e-3) * brentq(excess, 0.0, 1.0, xtol=1e-300, rtol=1e-3)
+        power = (1 - 1e-3) * brentq(excess, 0.0, power, xtol=1e-300, rtol=1e-3)
     weights = np.zeros(log_ratio.size)
     weights[finite] = np.exp(power * centred)
     return weights / weights.sum()
@@ -389,33 +369,25 @@ def correct_validation(
 
     Returns:
         ``data`` with corrected ``draws`` and, over ``curve``, the fields of ``Corrected`` and of
-        its last weights: ``resolved``, ``why_unresolved``, ``rounds``, ``effective_size``,
-        ``efficiency``, ``pareto_k``, ``faulty_weights``, ``log_evidence``, ``log_evidence_se``.
+        its last weights: ``resolved``, ``why_unresolved``, ``rounds``, ``efficiency``,
+        ``pareto_k``, ``faulty_weights`` and ``log_evidence``.
     """
     model.check_exact()
-    corrected = []
-    records = list(zip(data.measured.values, data.draws.values, strict=True))
-    for i, (record, draws) in enumerate(tqdm(records, "correcting", mininterval=5, unit="curve")):
+    rows, draws = [], np.empty(data.draws.shape)
+    for i in tqdm(range(len(draws)), "correcting", mininterval=5, unit="curve"):
         rng = generator(seed, "correction", model.motion, i)
-        try:
-            corrected.append(correct(model, record, draws, rng, rounds=rounds))
-        except (ArithmeticError, RuntimeError, ValueError) as error:
-            # One strange record must not end the job of all others.
-            reason = f"no exact posterior: {type(error).__name__}: {error}"
-            corrected.append(_nothing(draws, reason))
-    weights = [one_result.importance for one_result in corrected]
-    columns = {
-        "resolved": [one_result.resolved for one_result in corrected],
-        "why_unresolved": [one_result.reason for one_result in corrected],
-        "rounds": [one_result.rounds for one_result in corrected],
-        "effective_size": [weight.size for weight in weights],
-        "faulty_weights": [weight.faulty for weight in weights],
-    }
-    for name in ("efficiency", "pareto_k", "log_evidence", "log_evidence_se"):
-        columns[name] = [getattr(weight, name) for weight in weights]
-    by_curve = {name: ("curve", np.array(column)) for name, column in columns.items()}
-    draws = data.draws.dims, np.stack([one_result.draws for one_result in corrected])
-    return data.assign(by_curve | {"draws": draws})
+        record, given = data.measured.values[i], data.draws.values[i]
+        one_result = correct(model, record, given, rng, rounds=rounds)
+        draws[i], weights = one_result.draws, one_result.importance
+        row = {name: getattr(one_result, name) for name in ("resolved", "rounds")}
+        row |= {name: getattr(weights, name) for name in ("efficiency", "pareto_k", "log_evidence")}
+        rows.append(row | {"why_unresolved": one_result.reason, "faulty_weights": weights.faulty})
+    return data.assign(_by_curve(rows) | {"draws": (data.draws.dims, draws)})
+
+
+def _by_curve(rows: Sequence[dict]) -> dict:
+    """Return variables over ``curve`` from what is known of each curve, by name."""
+    return {name: ("curve", np.array([row[name] for row in rows])) for name in rows[0]}
 
 
 def judge(posterior: "Posterior", data: xr.Dataset, corrected: xr.Dataset) -> xr.Dataset:
@@ -429,26 +401,23 @@ def judge(posterior: "Posterior", data: xr.Dataset, corrected: xr.Dataset) -> xr
     Returns:
         Dataset over ``curve``, of the importance weights of the network's draws: ``efficiency``,
         ``pareto_k``, ``faulty_weights``, ``divergence`` (KL of the exact posterior from the
-        network's, nats), ``c2st`` (accuracy of the best classifier of the two) and
-        ``log_evidence``. At the true values: ``gap`` (``log p - log q``, whose mean over curves is
-        the mean divergence, whatever the weights) and ``truth_log_density`` per unit of
-        standardised outputs. ``resolved`` is that of the corrected curve.
+        network's, nats) and ``c2st`` (accuracy of the best classifier of the two). At the true
+        values: ``gap`` (``log p - log q``, whose mean over curves is the mean divergence, whatever
+        the weights). ``resolved`` is that of the corrected curve.
     """
     model, n = posterior.model, data.sizes["curve"]
     if not np.array_equal(corrected.truth.values[:n], data.truth.values):
         raise ValueError("the corrected curves are not those to be judged; validate both again")
-    evidence, rows = corrected.log_evidence.values, []
+    rows = []
     for i in tqdm(range(n), desc=f"judging {model.motion}", mininterval=5, unit="curve"):
-        record = data.measured.values[i]
+        record, exact = data.measured.values[i], corrected.isel(curve=i)
         # The truth goes along as one more point.
         values = np.concatenate([data.draws.values[i], data.truth.values[i : i + 1]])
         log_density = posterior.log_prob(values[None], record[None])[0] - model.log_scaling(values)
         log_joint = model.log_joint(model.standardise(values), record)
         weights = importance(log_joint[:-1], log_density[:-1])
+        gap = log_joint[-1] - exact.log_evidence.item() - log_density[-1]
         row = {name: getattr(weights, name) for name in ("efficiency", "pareto_k", "c2st")}
         row |= {"faulty_weights": weights.faulty, "divergence": weights.gap}
-        row |= {"log_evidence": weights.log_evidence, "truth_log_density": log_density[-1]}
-        rows.append(row | {"gap": log_joint[-1] - evidence[i] - log_density[-1]})
-    judged = {name: ("curve", np.array([row[name] for row in rows])) for name in rows[0]}
-    resolved = ("curve", corrected.resolved.values[:n])
-    return xr.Dataset(judged | {"resolved": resolved}, attrs={"motion": model.motion})
+        rows.append(row | {"gap": gap, "resolved": exact.resolved.item()})
+    return xr.Dataset(_by_curve(rows), attrs={"motion": model.motion})

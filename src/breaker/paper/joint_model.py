@@ -288,25 +288,19 @@ class Model:
 # ---- how much a record can tell, linearised ------------------------------------------------------
 
 
-def linearise(model: Model, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return curves ``(n, t)``, mm, of standardised outputs ``(n, q)``, and their derivatives by
-    these outputs, whitened: in units of the sensor's errors per prior sd, ``(n, q, t)``.
-    """
-    model.check_exact()
-    p, sensor, values = len(NAMES), model.sensor, model.destandardise(z)
-    onset, by = values[:, p] if sensor.infers_onset else 0.0, slice(0, z.shape[1])
-    motion, slopes = sensitivity(values[:, :p], sensor.times, model.motion, onset=onset, by=by)
-    # Slopes are by logarithms of parameters, and by the onset.
-    steps = np.where(model.logarithmic[:p], model.sds[:p], model.sds[:p] / values[:, :p])
-    slopes[..., :p] *= steps[:, None]
-    slopes[..., p:] *= sensor.onset_sd
-    return motion.travel, sensor.whiten(np.moveaxis(slopes, -1, -2))
-
-
 def contraction_limit(model: Model, values: np.ndarray) -> np.ndarray:
     """Return the contraction of the exact posterior, linearised at outputs ``(n, q)``."""
-    _, slopes = linearise(model, model.standardise(values))
-    precision = slopes @ slopes.swapaxes(1, 2) + np.eye(slopes.shape[1])
+    model.check_exact()
+    p, q, sensor = len(NAMES), len(model.names), model.sensor
+    theta, onset = values[:, :p], values[:, p] if sensor.infers_onset else 0.0
+    _, slopes = sensitivity(theta, sensor.times, model.motion, onset=onset)
+    slopes = slopes[..., :q]
+    # Slopes are by logarithms of parameters, and by the onset; here by standardised outputs.
+    steps = np.where(model.logarithmic[:p], model.sds[:p], model.sds[:p] / theta)
+    slopes[..., :p] *= steps[:, None]
+    slopes[..., p:] *= sensor.onset_sd
+    whitened = sensor.whiten(np.moveaxis(slopes, -1, -2))
+    precision = whitened @ whitened.swapaxes(1, 2) + np.eye(q)
     return 1.0 - np.linalg.inv(precision).diagonal(axis1=-2, axis2=-1)
 
 

@@ -109,32 +109,18 @@ def regions(draws: ArrayLike) -> dict[tuple[int, int], tuple[np.ndarray, ...]]:
 # ---- posteriors of simulated records, whose truth is known ---------------------------------------
 
 
-@dataclass(frozen=True)
-class Scores:
-    """Bias, width and information of posteriors, per curve and summarised.
-
-    Attributes:
-        z: (posterior mean - truth) / posterior sd, ``(n, q)``.
-        contraction: 1 - posterior variance / prior variance, ``(n, q)``; negative where a posterior
-            is wider than the prior.
-        z_mean, z_sd: Mean and standard deviation of the z-score, ``(q,)``; 0 and 1 for an exact
-            posterior, the latter on average over the prior, with standard error 1/sqrt(2 n).
-        mean_contraction: Mean contraction, ``(q,)``.
-    """
-
-    z: np.ndarray
-    contraction: np.ndarray
-    z_mean: np.ndarray
-    z_sd: np.ndarray
-    mean_contraction: np.ndarray
-
-
 def scores(
     draws: ArrayLike, truth: ArrayLike, *, prior_sd: ArrayLike | None, log: ArrayLike
-) -> Scores:
-    """Return z-score and contraction of draws ``(n, d, q)`` and truths ``(n, q)`` (paper, Fig. 5).
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return z-score and contraction of posteriors, ``(n, q)`` each (paper, Fig. 5).
+
+    The z-score is (posterior mean - truth) / posterior sd. Over the prior an exact posterior has
+    mean 0 and sd 1, the latter with standard error 1/sqrt(2 n). Contraction is 1 - posterior
+    variance / prior variance, negative where a posterior is wider than the prior.
 
     Args:
+        draws: Posterior draws, ``(n, d, q)``.
+        truth: True values, ``(n, q)``.
         prior_sd: Prior standard deviation ``(q,)`` in the scale of the score; that of the truths
             if None. The condition of the prior, which lowers it by less than half a percent at the
             default, is left out.
@@ -148,8 +134,7 @@ def scores(
     spread = _scaled(truth, log).std(axis=0, ddof=1) if prior_sd is None else prior_sd
     known = contraction(draws, prior_sd=spread, log=log)
     draws, truth = _scaled(draws, log), _scaled(truth, log)
-    z = (draws.mean(axis=1) - truth) / draws.std(axis=1, ddof=1)
-    return Scores(z, known, z.mean(axis=0), z.std(axis=0, ddof=1), known.mean(axis=0))
+    return (draws.mean(axis=1) - truth) / draws.std(axis=1, ddof=1), known
 
 
 def contraction(draws: np.ndarray, *, prior_sd: ArrayLike, log: ArrayLike) -> np.ndarray:
@@ -162,16 +147,15 @@ def contraction(draws: np.ndarray, *, prior_sd: ArrayLike, log: ArrayLike) -> np
 
 @dataclass(frozen=True)
 class Recovery:
-    """Posterior summaries and the truth, in physical units.
+    """Posterior summaries, in physical units.
 
     Attributes:
-        truth, median: Values that made the data, and posterior medians, ``(n, q)``.
+        median: Posterior medians, ``(n, q)``.
         interval_95: Central intervals, ``(n, q, 2)``.
         covered_50, covered_95: Share of the true values inside intervals, ``(q,)``, by ranks.
         correlation: Pearson correlation of the medians with the truth, ``(q,)``.
     """
 
-    truth: np.ndarray
     median: np.ndarray
     interval_95: np.ndarray
     covered_50: np.ndarray
@@ -186,7 +170,7 @@ def recovery(draws: ArrayLike, truth: ArrayLike) -> Recovery:
     columns = zip(summaries["median"].T, truth.T, strict=True)
     pearson = np.array([np.corrcoef(guess, actual)[0, 1] for guess, actual in columns])
     covered = coverage(ranks(draws, truth), draws.shape[1], levels=(0.5, 0.95))
-    return Recovery(truth, summaries["median"], summaries["interval_95"], *covered, pearson)
+    return Recovery(summaries["median"], summaries["interval_95"], *covered, pearson)
 
 
 def _scaled(values: np.ndarray, log: ArrayLike) -> np.ndarray:
@@ -268,19 +252,11 @@ def compare(
         ``(posterior, output, bound)``, central, and ``truth (output)``.
     """
     log = is_logarithmic(names)
-    own, exact, true = (
-        _scaled(np.array(item, dtype=np.float64), log) for item in (amortised, corrected, truth)
-    )
-    centre, sd = np.median(exact, axis=0), exact.std(axis=0, ddof=1)
-    summaries = [quantiles((item - centre) / sd, axis=0) for item in (own, exact)]
-    bounds = ("posterior", "output", "bound")
-    values = {"median": (bounds[:2], np.stack([summary["median"] for summary in summaries]))}
-    values |= {
-        name: (bounds, np.stack([summary[name] for summary in summaries])) for name in INTERVALS
-    }
-    where = {"posterior": ["amortised", "corrected"], "output": list(names)}
-    where |= {"bound": ["lower", "upper"]}
-    return xr.Dataset(values | {"truth": ("output", (true - centre) / sd)}, where)
+    draws, true = (_scaled(np.array(x, float), log) for x in ([amortised, corrected], truth))
+    centre, sd = np.median(draws[1], axis=0), draws[1].std(axis=0, ddof=1)
+    both = xr.Dataset(intervals((draws - centre) / sd)).rename(operation="posterior")
+    both = both.assign_coords(posterior=["amortised", "corrected"], output=list(names))
+    return both.assign(truth=("output", (true - centre) / sd))
 
 
 def examples(judged: xr.Dataset, amortised: xr.Dataset, corrected: xr.Dataset) -> xr.Dataset:
@@ -291,30 +267,25 @@ def examples(judged: xr.Dataset, amortised: xr.Dataset, corrected: xr.Dataset) -
         amortised, corrected: What ``inference.validate`` and ``correct_validation`` return.
 
     Returns:
-        What :func:`compare` returns along ``example`` (three, or fewer if other curves have no
-        efficiency or no corrected draws of some width), with ``place`` ("lowest", "median" or
-        "highest"), ``curve`` (from 0), ``efficiency``, ``pareto_k`` and ``resolved``.
+        What :func:`compare` returns along ``example``, three, or none if no curve has an efficiency
+        and corrected draws of some width; with ``place`` ("lowest", "median" or "highest"),
+        ``curve`` (from 0), ``efficiency``, ``pareto_k`` and ``resolved``.
     """
     own, exact = (
         posterior.draws.values[: judged.sizes["curve"]].astype(np.float64)
         for posterior in (amortised, corrected)
     )
     efficiency = judged.efficiency.values
-    wide = np.isfinite(exact).all(axis=(1, 2)) & (np.ptp(exact, axis=1) > 0).all(axis=1)
+    wide = (np.ptp(exact, axis=1) > 0).all(axis=1)  # nan is not
     usable = np.flatnonzero(np.isfinite(efficiency) & wide)
     if not usable.size:
         return xr.Dataset(coords={"example": np.arange(0)})
     usable = usable[np.argsort(efficiency[usable], kind="stable")]
-    last = usable.size - 1
-    places = {0: "lowest", last: "highest"}
-    if usable.size != 2:  # a single one is its own median
-        places[last // 2] = "median"
-    curves = {place: int(usable[at]) for at, place in sorted(places.items())}
+    chosen = usable[[0, (usable.size - 1) // 2, -1]]
     names, truth = [str(name) for name in amortised.output.values], amortised.truth.values
-    comparisons = [compare(own[i], exact[i], truth[i], names) for i in curves.values()]
-    chosen = list(curves.values())
+    comparisons = [compare(own[i], exact[i], truth[i], names) for i in chosen]
     more = {name: judged[name].values[chosen] for name in ("efficiency", "pareto_k", "resolved")}
-    more |= {"place": list(curves), "curve": chosen}
+    more |= {"place": ["lowest", "median", "highest"], "curve": chosen}
     columns = {name: ("example", values) for name, values in more.items()}
     return xr.concat(comparisons, "example").assign(columns)
 
@@ -351,14 +322,14 @@ def reached(contractions: Mapping[str, np.ndarray], names: Sequence[str]) -> xr.
 
 
 def quality(
-    data: xr.Dataset, reader: xr.Dataset | None, limit: np.ndarray | None, **scale: ArrayLike | None
+    data: xr.Dataset, reader: xr.Dataset | None, limit: np.ndarray, **scale: ArrayLike | None
 ) -> pd.DataFrame:
     """Judge a validation: one row an output.
 
     Args:
         data: What ``inference.validate`` returns.
         reader: The same from records that went through files, if there is one.
-        limit: Mean contraction of an exact posterior, ``(q,)``, if it is known.
+        limit: Mean contraction of an exact posterior, ``(q,)``.
         scale: Arguments ``prior_sd`` and ``log`` of ``scores``.
 
     Returns:
@@ -371,9 +342,8 @@ def quality(
     judged = judge_draws(draws, truth)
     files = None if reader is None else judge_draws(reader.draws.values, reader.truth.values)
     wide = with_width(data)
-    score = scores(wide.draws.values, wide.truth.values, **scale)
+    z, known = scores(wide.draws.values, wide.truth.values, **scale)
     covered = coverage(ranks(draws, truth), data.sizes["draw"], levels=(0.5, 0.95))
-    limit = np.full(len(score.z_sd), np.nan) if limit is None else limit
     return pd.DataFrame(
         {
             "output": data.output.values,
@@ -381,11 +351,11 @@ def quality(
             "calibration_p_reader": np.nan if files is None else files.p_values,
             "calibrated": ~judged.outside,
             "calibrated_reader": pd.NA if files is None else ~files.outside,
-            "z_mean": score.z_mean,
-            "z_sd": score.z_sd,
-            "contraction": score.mean_contraction,
+            "z_mean": z.mean(axis=0),
+            "z_sd": z.std(axis=0, ddof=1),
+            "contraction": known.mean(axis=0),
             "contraction_limit": limit,
-            "shortfall": limit - score.mean_contraction,
+            "shortfall": limit - known.mean(axis=0),
             "coverage_50": covered[0],
             "coverage_95": covered[1],
         }
@@ -432,28 +402,24 @@ def summary(judged: xr.Dataset, corrected: xr.Dataset) -> pd.DataFrame:
     Curves whose evidence is not resolved have no gap, and those with faulty weights no efficiency:
     they are left out of these numbers, and ``gap_curves`` and ``faulty_curves`` count them.
     """
-    gap = judged["gap"].values[judged.resolved.values & ~np.isnan(judged["gap"].values)]
-    sound = judged.isel(curve=judged.faulty_weights.values == 0)
-    some = sound.sizes["curve"] > 0
-    efficiency = sound.efficiency.values if some else np.array([np.nan])
+    curves, exact = judged.to_dataframe(), corrected[["efficiency", "rounds", "resolved"]]
+    gap, exact = curves.gap[curves.resolved], exact.to_dataframe()
     numbers = {
         "motion": judged.attrs["motion"],
-        "judged_curves": judged.sizes["curve"],
-        "faulty_curves": judged.sizes["curve"] - sound.sizes["curve"],
-        "efficiency_median": np.median(efficiency),
-        "efficiency_10_percent": np.quantile(efficiency, 0.1),
-        "efficiency_lowest": efficiency.min(),
-        "pareto_k_below_0.7": np.mean(judged.pareto_k.values < 0.7),
-        "gap_curves": gap.size,
-        "gap_nats": gap.mean() if gap.size else np.nan,
-        "gap_se": gap.std(ddof=1) / np.sqrt(gap.size) if gap.size > 1 else np.nan,
-        "divergence_nats": sound.divergence.values.mean() if some else np.nan,
-        "c2st_median": np.median(sound.c2st.values) if some else np.nan,
-        "truth_log_density": judged.truth_log_density.values.mean(),
-        "corrected_curves": corrected.sizes["curve"],
-        "resolved": corrected.resolved.values.mean(),
-        "corrected_efficiency_median": np.nanmedian(corrected.efficiency.fillna(0.0).values),
-        "rounds_mean": corrected.rounds.values.mean(),
+        "judged_curves": len(curves),
+        "faulty_curves": (curves.faulty_weights > 0).sum(),
+        "efficiency_median": curves.efficiency.median(),
+        "efficiency_lowest": curves.efficiency.min(),
+        "pareto_k_below_0.7": (curves.pareto_k < 0.7).mean(),
+        "gap_curves": gap.count(),
+        "gap_nats": gap.mean(),
+        "gap_se": gap.sem(),
+        "divergence_nats": curves.divergence.mean(),
+        "c2st_median": curves.c2st.median(),
+        "corrected_curves": len(exact),
+        "resolved": exact.resolved.mean(),
+        "corrected_efficiency_median": exact.efficiency.fillna(0.0).median(),
+        "rounds_mean": exact.rounds.mean(),
     }
     return pd.DataFrame([numbers])
 
