@@ -224,7 +224,10 @@ def row(name, change, changed, motion="", **more):
 
 @pytest.mark.parametrize("estimated", [True, False])
 def test_two_inspections_are_drawn(estimated):
-    """A row for each quantity; names are not mathematics."""
+    """A row for each quantity; names are not mathematics. The change of a value that was less than
+    its error is stated in mm, as tables state it.
+    """
+    small = {"before": 0.02, "today": 0.01, "difference": -0.01, "sd": 0.02}
     estimates = [
         row("f", [-12.0, -10.0, -8.0], True, p_worse=0.9),
         row("L", [-90.0, -70.0, -60.0], True, p_worse=0.0),
@@ -240,15 +243,20 @@ def test_two_inspections_are_drawn(estimated):
         rejected=(),
         differences=(),
         explanations=[Explanation("none", "", 1.0, [0.0] * 3)],
-        measured=[row("stroke", [1.0, 1.5, 2.0], False, "closing", before=100.0, today=101.5)],
+        measured=[
+            row("stroke", [1.0, 1.5, 2.0], False, "closing", before=100.0, today=101.5),
+            row("over_travel", [-200.0, -50.0, 100.0], False, "closing", **small),
+        ],
         inferred=estimates if estimated else [],
         limits=(),
         doubts=["a $f$ in a name"],
     )
     figure = comparison(change)
     assert_drawn(figure)
-    labels = figure.subfigs[1].axes[0].get_yticklabels()
-    assert len(labels) == (4 if estimated else 2)
+    axis = figure.subfigs[1].axes[0]
+    assert len(axis.get_yticklabels()) == (5 if estimated else 3)
+    texts = [text.get_text() for text in axis.texts]
+    assert [text for text in texts if "mm" in text] == ["−0.01 mm (−0.043 to +0.023)"]
 
 
 @pytest.fixture(scope="module")

@@ -13,6 +13,7 @@ from typing import NamedTuple, Self
 
 import numpy as np
 
+from breaker.common.numerals import distinct
 from breaker.common.plain_values import Plain
 from breaker.diagnosis.limits import NORMAL
 from breaker.family.inputs import Mean, mean_and_change, mean_record, shrunk_variance
@@ -133,6 +134,21 @@ class QuantityChange(Plain):
         """Name of the quantity in a sentence, with its motion where the name lacks it."""
         name = in_words(self.name)
         return name if self.motion in self.name else f"{name} ({self.motion})"
+
+    @property
+    def shown(self) -> list[str]:
+        """The change, its interval and unit: percent, unless the value was less than its error."""
+        if self.measured and abs(self.before) < NORMAL[95] * (self.sd or 0.0):
+            half = NORMAL[90] * self.sd
+            ends = self.difference - half, self.difference, self.difference + half
+            return in_unit(ends, self.unit)
+        return in_unit(self.if_changed)
+
+
+def in_unit(change: Sequence[float], unit: str = "%") -> list[str]:
+    """Return a change, its interval, in digits that distinguish their ends, and the unit."""
+    low, middle, high = distinct(change, 2, sign=True)
+    return [f"{middle} {unit}", f"{low} to {high}", unit]
 
 
 def measured_changes(pair: Pair, speeds: Sequence[Speed]) -> list[QuantityChange]:

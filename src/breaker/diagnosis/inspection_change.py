@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 from breaker.common.document import Cell, Document, Remark, Section, Table
-from breaker.common.numerals import distinct, first_of, in_digits, in_p
+from breaker.common.numerals import first_of, in_digits, in_p
 from breaker.common.plain_values import Plain, note_of, plainly
 from breaker.common.randomness import generator
 from breaker.configuration.definitions import advice_of, advice_on, family_of
@@ -18,6 +18,7 @@ from breaker.diagnosis.changes import (
     Pair,
     QuantityChange,
     compare,
+    in_unit,
     mean_of,
     measured_changes,
 )
@@ -29,7 +30,7 @@ from breaker.diagnosis.explanations import (
     other_measurement,
 )
 from breaker.diagnosis.identity import Inspections
-from breaker.diagnosis.limits import NORMAL, Known, Verdict, judge
+from breaker.diagnosis.limits import Known, Verdict, judge
 from breaker.diagnosis.reading import without_copies
 from breaker.diagnosis.session import Diagnosis
 from breaker.diagnosis.tables import limits_table
@@ -138,7 +139,7 @@ class InspectionChange(Plain):
         for likely in (reason for reason in self.explanations if reason.probability > 1.0 - SURE):
             about = {"parameter": words.get(likely.parameter)}
             about |= (
-                {"amount": "{} ({} %)".format(*_amount(likely.change))} if likely.change else {}
+                {"amount": "{} ({} %)".format(*in_unit(likely.change))} if likely.change else {}
             )
             code = "several" if likely.cause == "drive" and not likely.parameter else likely.cause
             clauses.append(say(f"cause-{code}", p=f"{likely.probability:.2f}", **about))
@@ -162,25 +163,10 @@ class InspectionChange(Plain):
 
 def _changes(code: str, rows: Sequence[QuantityChange], since: str) -> Sentence:
     """Return the sentence on changes of one kind, the first few by name."""
-    names = ["{} {} ({} {})".format(row.words, *_shown(row)) for row in rows]
+    names = ["{} {} ({} {})".format(row.words, *row.shown) for row in rows]
     if not names:
         return say(f"{code}-unchanged")
     return say(f"{code}-changed", changes=first_of(names, _NAMED), since=since)
-
-
-def _shown(row: QuantityChange) -> list[str]:
-    """Return a change, its interval and unit: percent, unless the value was less than its error."""
-    if row.measured and abs(row.before) < NORMAL[95] * (row.sd or 0.0):
-        half = NORMAL[90] * row.sd
-        ends = row.difference - half, row.difference, row.difference + half
-        return _amount(ends, row.unit)
-    return _amount(row.if_changed)
-
-
-def _amount(change: Sequence[float], unit: str = "%") -> list[str]:
-    """Return a change, its interval, in digits that distinguish their ends, and the unit."""
-    low, middle, high = distinct(change, 2, sign=True)
-    return [f"{middle} {unit}", f"{low} to {high}", unit]
 
 
 # ---- the comparison --------------------------------------------------------------------------
@@ -348,7 +334,7 @@ def _cells(row: QuantityChange) -> list[str]:
     tone = "bad" if row.is_worse else "" if row.changed else "faint"
     change = interval = ""
     if row.measured or row.changed:
-        change, interval, _ = _shown(row)
+        change, interval, _ = row.shown
     values = ["" if stated is None else in_digits(stated, 4) for stated in (row.before, row.today)]
     known = ("" if chance is None else f"{chance:.2f}" for chance in (row.p_unchanged, row.p_worse))
     unit = row.unit if row.measured else ""

@@ -46,7 +46,8 @@ def comparison(document: "InspectionChange") -> Figure:
     above.text(0.01, 0.97, headline, va="top", weight="bold", fontsize=10.5)
     axis = below.subplots()
     labels, numbers = ["before → today"], ["P unchanged  P worse"]
-    farthest = 1.08 * max((abs(x) for row in rows for x in row.if_changed), default=0.0)
+    shares = [row.if_changed for row in rows if row.shown[2] == "%"]
+    farthest = 1.08 * max((abs(x) for change in shares for x in change), default=0.0)
     extent = min(max(farthest, _LEAST_EXTENT), _EXTENT)
     for y, row in enumerate(rows, start=1):
         _change(axis, y, row, extent)
@@ -68,7 +69,15 @@ def comparison(document: "InspectionChange") -> Figure:
 
 
 def _change(axis: Axes, y: int, row: "QuantityChange", extent: float) -> None:
-    """Draw a change with its interval; what is beyond the axis is pointed to and written."""
+    """Draw a change with its interval. Words state one that the axis cannot show: beyond its ends,
+    or not in percent.
+    """
+    words, interval, unit = row.shown
+    place = {"textcoords": "offset points", "fontsize": 8}
+    text = p.signed(f"{words} ({interval})")
+    if unit != "%":
+        axis.annotate(text, (0.0, y), xytext=(4, -3), **place)
+        return
     change = row.if_changed if row.changed else row.change
     low, middle, high = np.clip(change, -extent, extent)
     label, colour = "no change detected", style.PRIOR
@@ -85,10 +94,8 @@ def _change(axis: Axes, y: int, row: "QuantityChange", extent: float) -> None:
         axis.plot(side * extent, y, color=colour, zorder=3, **look)
     if sides:
         at = sides[-1] if change[1] > 0.0 else sides[0]
-        low, middle, high = (f"{percent:+.0f}" for percent in change)
-        place = {"xytext": (-7 * at, 4), "textcoords": "offset points", "fontsize": 8}
         place["ha"] = "left" if at < 0 else "right"
-        axis.annotate(p.signed(f"{middle} % ({low} to {high})"), (at * extent, y), **place)
+        axis.annotate(text, (at * extent, y), xytext=(-7 * at, 4), **place)
 
 
 def curves(

@@ -249,10 +249,12 @@ class Session:
             config, self.limits, files, **about, of_type=choices.type, opened=opened
         )
         settings = {**new.config, "limits": None, "types": None}
-        about |= {"files": files, "mass": new.given.moving_mass, "settings": settings}
+        about |= {"files": files, "mass": new.given.moving_mass, "reference": new.reference}
+        about |= {"settings": settings}
         key = opened, json.dumps(about, default=str)
         source = self._once("source", key, lambda: new)
-        return replace(new, records=source.records, before=source.before), source
+        records = {name: getattr(source, name) for name in ("records", "before", "overlays")}
+        return replace(new, **records), source
 
 
 def _propose(
