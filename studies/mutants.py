@@ -29,7 +29,8 @@ AREAS = {
     "curves": ("model/curves model/kernels model/equations",
                "model/test_curves model/test_sensitivity model/test_parameters"),
     "correction": ("paper/correction",
-                   "paper/test_weights paper/test_transport paper/test_corrections paper/test_exactness"),
+                   "paper/test_weights paper/test_transport paper/test_corrections "
+                   "paper/test_exactness"),
     "measurements": ("records/measurements records/propagation records/first_motion",
                      "records/test_first_motion records/test_propagation records/test_measured"),
     "forecast": ("prognosis/forecast prognosis/states prognosis/service",
