@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from breaker.model.equations import pressed
+from breaker.model.equations import closed_rest, own_time, pressed, spring_compression
 from breaker.model.parameters import NAMES, PARAMETERS, Size, is_logarithmic, powers
 from breaker.model.quantities import QUANTITIES
 
@@ -47,3 +47,13 @@ def test_a_contact_is_pressed_by_a_force_above_that_of_the_opening_spring():
     theta = np.ones((3, 7)) * [2.0, 0.05, 0.04, 0.3, 0.1, 0.5, 10.0]  # k_a L is 0.5
     theta[:, NAMES.index("f")] = 0.49, 0.5, 0.51
     assert pressed(theta).tolist() == [False, False, True]
+
+
+def test_forces_cancel_in_the_closed_rest_position(prior):
+    theta = prior.sample(5, np.random.default_rng(1))
+    _, k_a, k_b, _, _, f, gap = theta.T
+    held = closed_rest(theta)
+    np.testing.assert_allclose(f - k_a * held - k_b * (held - gap), 0.0, atol=1e-14)
+    np.testing.assert_allclose(spring_compression(theta), held - gap, rtol=1e-12)
+    for motion, time in (("closing", np.sqrt(gap / f)), ("opening", 1 / np.sqrt(k_a))):
+        np.testing.assert_allclose(own_time(theta, motion), time)

@@ -98,10 +98,10 @@ def sensitivity(
     for rows in blocks(n, len(steps)):
         moved = np.asarray(theta[rows], np.float64)[:, None] * np.exp(steps[:, :p])
         onsets = onset[rows, None] + steps[:, p]
-        flat = _curves(moved.reshape(-1, p), times, onsets.ravel(), motion)
+        flat = _curves(np.concatenate(moved), times, onsets.ravel(), motion)
         for whole, part in zip(result, flat, strict=True):
             whole[rows] = part[2 * k :: len(steps)]
-        curves = flat.travel.reshape(-1, len(steps), times.size)
+        curves = flat.travel.reshape(len(moved), len(steps), times.size)
         slopes[rows] = (curves[:, :k] - curves[:, k : 2 * k]) / (2 * _STEP)
     return result, np.moveaxis(slopes, 1, 2)
 
@@ -111,7 +111,7 @@ def sensitivity(
 
 def blocks(n: int, curves: int = 1) -> Iterator[slice]:
     """Cut ``n`` rows, each of so many curves, into blocks."""
-    rows = max(1, _ROWS // curves)
+    rows = _ROWS // curves
     return (slice(first, min(n, first + rows)) for first in range(0, n, rows))
 
 

@@ -279,7 +279,7 @@ def simulate(theta, rates, times, onset, closing, travel, switching, reopening):
     Rates (n, 2) are bounds on those of the modes, closed and free (``equations.fastest_rate``).
     """
     n = theta.shape[0]
-    for block in prange((n + _ROWS - 1) // _ROWS):
+    for block in prange(-(-n // _ROWS)):
         terms, squares = np.empty((5, 4, _TERMS)), np.empty((2, 4, 4))
         buffers = Buffers(terms[:3], squares[0], squares[1], terms[3, 0], terms[4, 0])
         for i in range(block * _ROWS, min(n, (block + 1) * _ROWS)):
