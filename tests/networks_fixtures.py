@@ -33,12 +33,7 @@ NETWORK = {
     },
     "inference": {"kind": "flow_matching", "width": 24, "blocks": 1},
 }
-COUPLING_FLOW = {
-    "kind": "coupling_flow",
-    "transforms": 3,
-    "bins": 5,
-    "hidden": [10, 12],
-}  # By the kind of the inference network.
+COUPLING_FLOW = {"kind": "coupling_flow", "transforms": 3, "bins": 5, "hidden": [10, 12]}
 COMBINATIONS = {
     inference["kind"]: {"summary": NETWORK["summary"], "inference": inference}
     for inference in (NETWORK["inference"], COUPLING_FLOW)
@@ -113,25 +108,15 @@ def training_rows():
     return [bank.isel(curve=part) for part in split(400, 24)]
 
 
-def new_trainer(
-    folder,
-    *,
-    kind=Trainer,
-    seed=1,
-    mark="this one",
-    motion="closing",
-    network=NETWORK,
-    device="cpu",
-    **changes,
-):
+def new_trainer(folder, *, kind=Trainer, seed=1, mark="this one", motion="closing", **changes):
     """A small training with its checkpoint in a folder, as a new process would set it up."""
-    posterior = Posterior(settings(motion=motion, network=network), seed=seed)
+    posterior = Posterior(settings(motion=motion), seed=seed)
     rows, validation = training_rows()
     freeze_inputs(posterior, rows, generator(seed, "components"))
     return kind(
-        network=posterior.to(device),
-        rows=Rows.of(rows, posterior, device),
-        validation=Rows.of(validation, posterior, device),
+        network=posterior,
+        rows=Rows.of(rows, posterior),
+        validation=Rows.of(validation, posterior),
         settings=TRAINING | {name: changes[name] for name in changes.keys() & TRAINING},
         seed=seed,
         checkpoint=Checkpoint(folder / "checkpoints" / "closing.pt", mark),
@@ -161,11 +146,6 @@ def simulated(posterior, n, *, seed=11):
     values = truth(bank_of(posterior, n, seed=seed), posterior.model)
     exact = exact_curves(posterior, values)
     return values, exact, posterior.sensor.corrupt(exact, generator(seed, "test noise"))
-
-
-def certain_of(values, draws):
-    """Draws ``(n, draws, q)`` that all are the values ``(n, q)``."""
-    return np.repeat(values[:, None], draws, axis=1)
 
 
 def curved_model(network=NETWORK):
@@ -200,22 +180,8 @@ def normal(*shape, seed=1):
     return torch.from_numpy(np.random.default_rng(seed).standard_normal(shape))
 
 
-def gradients_of(network, loss, *, steps, rate=0.05):
-    """Gradients of the last of some steps, by name: all of them reach their weights by then.
-
-    Layers that start at zero let nothing through at first.
-    """
-    optimiser = torch.optim.SGD(network.parameters(), lr=rate)
-    for _ in range(steps):
-        optimiser.zero_grad()
-        loss().backward()
-        gradients = {name: weight.grad for name, weight in network.named_parameters()}
-        optimiser.step()
-    assert [name for name, grad in gradients.items() if grad is None or not grad.any()] == []
-    return gradients
-
-
 def silu(x):
+    """``x sigmoid(x)``."""
     return x / (1.0 + np.exp(-x))
 
 

@@ -1,21 +1,13 @@
-"""Trainings and models that tests of posteriors share."""
-
-from functools import partial
+"""Models that tests of posteriors share."""
 
 import pytest
 
-from tests.networks_fixtures import curved_model, new_trainer
+from tests.networks_fixtures import curved_model
 
 
 @pytest.fixture(scope="module", autouse=True)
 def same_sums(one_thread):
     """Every test here computes with torch."""
-
-
-@pytest.fixture
-def trainer(tmp_path):
-    """Maker of trainings that share one checkpoint."""
-    return partial(new_trainer, tmp_path)
 
 
 @pytest.fixture(scope="module")

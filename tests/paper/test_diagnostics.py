@@ -6,7 +6,6 @@ import xarray as xr
 from scipy.stats import norm
 
 from breaker.common.randomness import generator
-from breaker.paper.calibration import judge_draws
 from breaker.paper.validation import (
     REGIONS,
     family_quality,
@@ -45,13 +44,8 @@ def validation(*, seed=1, n=N, bias=0.0, width=1.0):
     return dataset(NAMES, *exact_posteriors(generator(seed, "quality"), n, D, **known, **fault))
 
 
-@pytest.fixture(scope="module")
-def exact():
-    return quality(validation(), validation(seed=2), CONTRACTION, **SCALE)
-
-
 @pytest.mark.parametrize(("bias", "width"), [(0.0, 1.0), (0.3, 1.0), (0.0, 0.7), (0.0, 1.4)])
-def test_a_table_shows_what_is_wrong(exact, bias, width):
+def test_a_table_shows_what_is_wrong(bias, width):
     """Bounds of 4.5 standard errors: 15 normal numbers a fault, false alarm below 1e-4 each. The
     faults are 9 of them (bias) and 12 (width) or more away from exact."""
     data = validation(bias=bias, width=width)
@@ -72,24 +66,18 @@ def test_a_table_shows_what_is_wrong(exact, bias, width):
     wrong = (bias != 0) | (width != 1)
     assert table.calibrated.tolist() == (~wrong).tolist()
     assert (table.calibration_p[wrong] < 1e-4).all()
-    np.testing.assert_array_equal(table.iloc[[0, 2]], exact.iloc[[0, 2]])
-    # One criterion for tables and figures; records of a reader have columns of their own.
-    judgement = judge_draws(data.draws.values, data.truth.values)
-    np.testing.assert_array_equal(table.calibration_p, judgement.p_values)
-    np.testing.assert_array_equal(table.calibration_p_reader, exact.calibration_p_reader)
-    alone = quality(data, None, CONTRACTION, **SCALE)
-    assert alone[["calibration_p_reader", "calibrated_reader"]].isna().all(axis=None)
+    assert table.calibrated_reader.all()  # of other records
 
 
-def test_draws_that_are_all_the_same_have_no_score(exact):
+def test_draws_that_are_all_the_same_have_no_score():
     """As of an unresolved record, of which one weight has all of the sum."""
     data = validation()
     draws = data.draws.values.copy()
     draws[:3] = draws[:3, :1]
     some = data.assign(draws=(data.draws.dims, draws))
     assert with_width(some).sizes["curve"] == N - 3
-    table = quality(some, None, CONTRACTION, **SCALE)
-    assert table.z_sd.to_numpy() == pytest.approx(exact.z_sd.to_numpy(), rel=0.02)
+    both = [quality(item, None, CONTRACTION, **SCALE) for item in (some, data)]
+    assert both[0].z_sd.to_numpy() == pytest.approx(both[1].z_sd.to_numpy(), rel=0.02)
     for faulty, words in ((draws[:3], "no width"), (-draws[3:6], "must be positive")):
         with pytest.raises(ValueError, match=words):
             scores(faulty, data.truth.values[:3], **SCALE)
@@ -106,9 +94,8 @@ def test_recovery():
     assert abs(error) < 4.5 / np.sqrt(N) + 0.02
     low, high = np.moveaxis(summary.interval_95, -1, 0)
     inside = np.mean((low <= truth) & (truth <= high), axis=0)
-    for share, level in ((summary.covered_50, 0.5), (summary.covered_95, 0.95), (inside, 0.95)):
-        allowed = 4.5 * np.sqrt(level * (1 - level) / N) + 1 / D
-        np.testing.assert_allclose(share, level, atol=allowed)
+    np.testing.assert_allclose(summary.covered_95, inside, atol=2 / D)
+    np.testing.assert_allclose(summary.covered_50, 0.5, atol=4.5 * np.sqrt(0.25 / N) + 1 / D)
 
 
 def test_the_band_of_the_prior_contains_95_percent_at_each_time():

@@ -61,31 +61,18 @@ def a_record(model):
     return model.sensor.corrupt(exact_curves(model, values[:1]), rng)[0], values
 
 
-# ---- change of variables -----------------------------------------------------------------------
-
-
-def test_standardised_outputs_and_back(model):
-    values = unknowns(model, 60, "round trip").reshape(3, 20, -1)
-    z = model.standardise(values)
-    np.testing.assert_allclose(model.destandardise(z), values, rtol=1e-13)
-    scale = model.prior.log_sds
-    by_hand = np.log(values[..., :P] / model.prior.medians) / scale
-    np.testing.assert_allclose(z[..., :P], by_hand, atol=1e-12)
-    np.testing.assert_allclose(z[..., P:] * model.sensor.onset_sd, values[..., P:], rtol=1e-14)
-
-
 # ---- prior -------------------------------------------------------------------------------------
 
 
 def test_log_prior_is_that_of_the_physical_outputs(model, tight):
     """``p(z) = p(values) / |d z / d values|``, with the onset's normal density."""
     for chosen in (model, tight):
-        values = unknowns(chosen, 50, "change of variables")
-        onset = norm.logpdf(values[:, P:], scale=chosen.sensor.onset_sd or 1.0).sum(axis=1)
-        expected = chosen.prior.log_prob(values[:, :P]) + onset - chosen.log_scaling(values)
+        values = unknowns(chosen, 60, "change of variables").reshape(3, 20, -1)
         z = chosen.standardise(values)
+        np.testing.assert_allclose(chosen.destandardise(z), values, rtol=1e-13)
+        onset = norm.logpdf(values[..., P:], scale=chosen.sensor.onset_sd or 1.0).sum(axis=-1)
+        expected = chosen.prior.log_prob(values[..., :P]) + onset - chosen.log_scaling(values)
         np.testing.assert_allclose(chosen.log_prior(z), expected, atol=1e-10)
-        np.testing.assert_array_equal(chosen.log_prior(z[None, 7]), chosen.log_prior(z)[7:8])
 
 
 class Same:
@@ -106,7 +93,6 @@ def test_a_prior_of_ones_own_with_a_density_has_the_same_posterior(tight):
         for item in (own, tight)
     )
     np.testing.assert_allclose(density, expected, atol=1e-8)
-    np.testing.assert_allclose(own.destandardise(own.standardise(values)), values, rtol=1e-12)
     outside = values.copy()
     outside[:, F] = 1e-3
     assert np.isneginf(own.log_prior(own.standardise(outside))).all()
@@ -133,10 +119,8 @@ def test_log_prior_is_minus_infinity_outside(model):
     z = np.zeros((4, q))
     # A weak closing force and a stiff opening spring: f of 0.56 is less than k_a L, 0.71.
     z[1, [F, NAMES.index("k_a")]] = -3.0, 3.0
-    z[2, 0] = 20.0
-    z[3, 0] = 20.001
+    z[2, 0], z[3, 0] = 20.0, 20.001
     assert np.isneginf(model.log_prior(z)).tolist() == [False, True, False, True]
-    assert not model.prior.supported(model.destandardise(z)[1, :P])
     assert np.isneginf(model.log_prior(-z)).tolist() == [False, False, False, True]
     # No overflow, no curve that takes for ever, and a tame point among wild ones is not lost.
     wild = np.concatenate([1e100 * np.eye(q), -1e6 * np.eye(q), np.zeros((1, q))])
@@ -151,11 +135,8 @@ def test_drives_too_fast_to_be_simulated_have_no_density(setting):
     record, values = a_record(model)
     z = model.standardise(values)
     alone = model.log_joint(z, record)
-    fast = z.copy()
-    fast[1, NAMES.index("gamma_b")] = 15.0
-    with pytest.raises(ValueError, match="too fast to follow"):
-        model.curves(model.destandardise(fast))
-    density = model.log_joint(fast, record)
+    z[1, NAMES.index("gamma_b")] = 15.0
+    density = model.log_joint(z, record)
     assert np.isneginf(density[1])
     np.testing.assert_array_equal(np.delete(density, 1), np.delete(alone, 1))
 

@@ -12,7 +12,7 @@ from safetensors.torch import save_file
 
 from breaker.common.tensor_file import ModelFileError, _finished
 from breaker.paper.posterior import Posterior
-from tests.networks_fixtures import COMBINATIONS, SENSOR, Trap, curved_model, noise_of
+from tests.networks_fixtures import COMBINATIONS, Trap, curved_model, noise_of
 
 
 @pytest.fixture(scope="module")
@@ -26,33 +26,24 @@ def model_file(series, tmp_path_factory):
 def test_a_loaded_model_is_the_saved_one_bit_for_bit(name, tmp_path):
     """Of every inference network, with its frozen inputs, also where its file is written over."""
     posterior, records = curved_model(COMBINATIONS[name])
-    file = tmp_path / "m.safetensors"
+    file, noise = tmp_path / "m.safetensors", noise_of(posterior, 5, 20)
     posterior.save(file)
+    content = file.read_bytes()
     loaded = Posterior.load(file)
     with file.open("r+b") as opened:  # in place, as a copy over it does
         opened.write(bytes(file.stat().st_size))
-    draws = posterior.sample(records, noise_of(posterior, 5, 20))
-    np.testing.assert_array_equal(loaded.sample(records, noise_of(posterior, 5, 20)), draws)
+    draws = posterior.sample(records, noise)
+    np.testing.assert_array_equal(loaded.sample(records, noise), draws)
     density = posterior.log_prob(draws, records)
     np.testing.assert_array_equal(loaded.log_prob(draws, records), density)
     np.testing.assert_array_equal(loaded.distance(records), posterior.distance(records))
     assert loaded.settings == posterior.settings
-    assert (loaded.steps, loaded.motion) == (posterior.steps, "closing")
-    assert loaded.outputs == posterior.outputs
     assert not loaded.training
-
-
-def test_equal_models_are_equal_bytes_that_explain_themselves(series, model_file, tmp_path):
-    """The library alone writes three texts in six orders: twelve files alike by chance, 2e-9."""
-    with safe_open(str(model_file), framework="pt") as file:
-        header = file.metadata()
-    assert json.loads(header["settings"])["sensor"] == SENSOR
-    assert set(header) == {"format", "breaker_version", "settings", "checksum"}
-    for _ in range(12):
-        series[0].save(tmp_path / "again.safetensors")
-        assert (tmp_path / "again.safetensors").read_bytes() == model_file.read_bytes()
+    for _ in range(5):  # the library alone writes its texts in any order
+        loaded.save(file)
+        assert file.read_bytes() == content
     with pytest.raises(FileNotFoundError, match="none"):
-        Posterior.load(model_file.with_name("none.safetensors"))
+        Posterior.load(file.with_name("none.safetensors"))
 
 
 def changed(settings=None, header=None, tensors=None, value=None):
@@ -109,21 +100,16 @@ GAMMA = b'\\"gamma_a\\": {\\"log_sd\\": 0.2', b'\\"gamma_a\\": {\\"log_sd\\": 0.
 SUMMARY = ("network", "summary")
 # Faults by the key, number or name that the message has to state.
 FAULTS = [
-    (with_bytes(lambda content: b"time,travel\n" * 99), ""),
     (with_bytes(lambda content: content[:9]), ""),
     (trapped, ""),
     (changed(header=lambda h: {**h, "format": "breaker posterior 2"}), "breaker posterior 2"),
     (changed(tensors=lambda t: t.pop("inference.head.bias")), "inference.head.bias"),
-    (changed(tensors=lambda t: t.update(more=torch.ones(2))), "more"),
     (changed(tensors=lambda t: t.update(curve_mean=t["curve_mean"].float())), "curve_mean"),
     (section("sensor", samples=41), "(41"),
     (section("sensor", noise_sd=float("nan")), "nan"),
     (changed(settings=lambda _: "{steps: 3"), ""),
-    (section("prior", mu={"median": -1, "log_sd": 1}), ""),
     (section(*SUMMARY, depth=3), "depth"),
-    (section(*SUMMARY, strides=[0, 1]), ""),
     (changed(value={"inference.head.bias": torch.nan}), "inference.head.bias"),
-    (changed(value={"curve_weights": -torch.inf}), "curve_weights"),
     (changed(value={"solver_steps": 0}), "solver_steps is 0"),
     (with_bytes(lambda c: c.replace(*GAMMA, 1)), "checksum"),
     # Files that took forever, or all memory.
@@ -132,7 +118,6 @@ FAULTS = [
     (section(*SUMMARY, width=10**9), "1e+09"),
     (section(*SUMMARY, channels=[4] * 10**5), "100000"),
     (changed(settings=lambda _: "[" * 200_000 + "]" * 200_000), "RecursionError"),
-    (changed(settings=lambda _: '{"seed": ' + "9" * 300_000 + "}"), ""),
     (raw(b"{}", 2**62), ""),
     (raw(b"[" * 900_000), ""),
 ]

@@ -21,17 +21,13 @@ EXAMPLES = ROOT / "docs/examples"
 OWN = {"simulator": "own_simulator:simulate", "prior": "own_simulator:Oscillator"}
 
 
-def untrained(made_from):
-    posterior = Posterior(made_from, seed=1)
-    rows = simulate(posterior.model, 200, generator(1, "test own"))
-    freeze_inputs(posterior, rows, generator(1, "test own", "components"))
-    return posterior.eval()
-
-
 @pytest.fixture
 def oscillator(monkeypatch):
     monkeypatch.chdir(EXAMPLES)
-    yield untrained(settings(onset=False) | {"model": OWN})
+    posterior = Posterior(settings(onset=False) | {"model": OWN}, seed=1)
+    rows = simulate(posterior.model, 200, generator(1, "test own"))
+    freeze_inputs(posterior, rows, generator(1, "test own", "components"))
+    yield posterior.eval()
     sys.modules.pop("own_simulator", None)
 
 

@@ -6,7 +6,6 @@ import torch
 import xarray as xr
 from scipy.stats import chi2, kstest
 
-from breaker.common.zarr_store import save
 from breaker.model.parameters import NAMES
 from breaker.paper.inference import (
     infer,
@@ -18,20 +17,12 @@ from breaker.paper.inference import (
     validate,
 )
 from breaker.paper.validation import table
-from breaker.records.curves import open_curves
 from tests.model.laws import covariance
-from tests.networks_fixtures import (
-    certain_of,
-    exact_curves,
-    frozen,
-    noise_of,
-    operations_of,
-    pin,
-    simulated,
-)
+from tests.networks_fixtures import exact_curves, frozen, noise_of, operations_of, pin, simulated
 
 DRAWS = 25
 HOW = {"draws": DRAWS, "seed": 1, "misfit_p_value": 1e-3}
+ACCEPTED = np.array([True, False, True, True, True, True, False])
 
 
 @pytest.fixture(scope="module")
@@ -43,8 +34,6 @@ def posterior():
         weight = model.inference.head.weight
         rng = torch.Generator().manual_seed(4)
         weight[:8] = 0.3 * torch.randn((8, weight.shape[1]), generator=rng)
-    model.solver_steps.fill_(2)
-    model.density_solver_steps.fill_(2)
     return model
 
 
@@ -52,12 +41,10 @@ def posterior():
 def curves(posterior):
     """Seven measured operations as the reader hands them on: the second and last are rejected."""
     _, _, records = simulated(posterior, 7)
-    accepted = np.array([True, False, True, True, True, True, False])
-    reasons = ["", "line 40: travel is missing", "", "", "", "", "too short"]
-    records[~accepted] = np.nan
+    records[~ACCEPTED] = np.nan
     return operations_of(records, posterior.sensor.times).assign(
-        accepted=("operation", accepted),
-        reason=("operation", np.array(reasons)),
+        accepted=("operation", ACCEPTED),
+        reason=("operation", np.where(ACCEPTED, "", "too short")),
         operation=np.arange(3, 24, 3),
     )
 
@@ -87,16 +74,13 @@ def three(curves, *records):
 
 def test_intervals_and_shares_are_those_of_the_draws(posterior, curves, inferred):
     """Rejected operations stay as missing values with their reason."""
-    accepted = curves.accepted.values
     for name in ("draws", "median", "interval_50", "interval_95", "p_value", "outside_support"):
-        missing = np.isnan(inferred[name].values.reshape(7, -1))
-        assert missing[~accepted].all(), name
-        assert not missing[accepted].any(), name
+        missing = np.isnan(inferred[name].values.reshape(7, -1)).all(axis=1)
+        assert np.array_equal(missing, ~ACCEPTED), name
     for name in ("travel", "accepted", "reason", "file", "operation"):
         np.testing.assert_array_equal(inferred[name].values, curves[name].values)
-    kept = inferred.isel(operation=np.flatnonzero(accepted))
+    kept = inferred.isel(operation=np.flatnonzero(ACCEPTED))
     draws = kept.draws.values.astype(np.float64)
-    assert draws.shape == (5, DRAWS, 8)
     # Draws are stored in float32, the quantiles were taken before.
     for name, levels in (("interval_50", [0.25, 0.75]), ("interval_95", [0.025, 0.975])):
         expected = np.moveaxis(np.quantile(draws, levels, axis=1), 0, -1)
@@ -108,21 +92,31 @@ def test_intervals_and_shares_are_those_of_the_draws(posterior, curves, inferred
     for i, record in enumerate(kept.travel.values):
         p_value = predictive_p_value(posterior.model, record, draws[i])
         assert float(kept.p_value[i]) == pytest.approx(p_value, rel=1e-2, abs=1e-12)
-    assert np.array_equal(kept.misfit.values, kept.p_value.values < 1e-3)
 
 
-def test_chunks_give_the_draws_of_the_whole(posterior, curves, inferred, tmp_path):
-    """Bit for bit, stored and read back: jobs may be cut anywhere, one of them all rejected."""
-    stores = []
-    for k, rows in enumerate((slice(0, 1), slice(1, 2), slice(2, 6), slice(6, 7))):
-        stores.append(tmp_path / f"chunk_{k}.zarr")
-        save(infer(posterior, curves.isel(operation=rows), **HOW), stores[-1])
-    joined = open_curves(stores)
-    assert set(joined.variables) == set(inferred.variables)
-    for name in inferred.variables:
-        np.testing.assert_array_equal(joined[name].values, inferred[name].values, err_msg=name)
+def test_an_operation_depends_on_no_other(posterior, curves, inferred, monkeypatch):
+    """Bit for bit: jobs may be cut anywhere, one of them all rejected. A network that fails on one
+    leaves the rest, and says why."""
+    parts = [curves.isel(operation=rows) for rows in (slice(0, 1), slice(1, 2), slice(2, 7))]
+    joined = xr.concat([infer(posterior, part, **HOW) for part in parts], "operation")
+    xr.testing.assert_identical(joined, inferred)
     other = infer(posterior, curves.isel(operation=[0]), **HOW | {"seed": 2})
     assert not np.any(other.draws.values[0] == inferred.draws.values[0])
+    bad, right = curves.travel.values[3], posterior.sample
+
+    def failing(measured, *more):
+        if np.array_equal(measured[0], bad):
+            raise FloatingPointError("no answer for this one")
+        return right(measured, *more)
+
+    monkeypatch.setattr(posterior, "sample", failing)
+    result = infer(posterior, curves, **HOW)
+    assert result.reason.values[3] == "close_3.csv: no posterior: no answer for this one"
+    assert not (result.accepted | result.misfit).values[3]
+    assert np.isnan(result.draws.values[3]).all()
+    others = [0, 1, 2, 4, 5, 6]
+    one, other = (item.isel(operation=others).drop_vars("reason") for item in (result, inferred))
+    xr.testing.assert_identical(one, other)
 
 
 def test_flags_of_fit_and_prior(certain, curves):
@@ -134,39 +128,11 @@ def test_flags_of_fit_and_prior(certain, curves):
     assert result.misfit.values.tolist() == [False, True, True]
     assert result.outside_prior.values.tolist() == [False, False, True]
     np.testing.assert_allclose(result.distance, model.distance(chosen.travel.values), rtol=1e-12)
-    # The threshold is a setting: p-values do not depend on it.
-    strict = infer(model, chosen, **HOW | {"misfit_p_value": 0.999})
-    np.testing.assert_array_equal(strict.p_value.values, result.p_value.values)
-    assert strict.misfit.values.all()
     # An onset beyond 4 prior sds of 0.3 ms, early or late, is far from the time that was read.
     values = np.tile(np.append(model.model.prior.medians, 0.0), (4, 20, 1))
     values[:, :, 7] = 0.3 * np.array([-4.1, -3.9, 3.9, 4.1])[:, None]
     far = summaries(model.model, values, np.full(4, 0.5), 1e-3)["far_onset"]
     assert far.values.tolist() == [True, False, False, True]
-
-
-def test_an_operation_that_the_network_fails_on_leaves_the_rest(
-    posterior, curves, inferred, monkeypatch
-):
-    """It stays, with the reason; the others are as they were, bit for bit."""
-    bad, right = curves.travel.values[3], posterior.sample
-
-    def failing(measured, *more):
-        if np.array_equal(measured[0], bad):
-            raise FloatingPointError("no answer for this one")
-        return right(measured, *more)
-
-    monkeypatch.setattr(posterior, "sample", failing)
-    result = infer(posterior, curves, **HOW)
-    assert result.reason.values[3] == "close_3.csv: no posterior: no answer for this one"
-    assert not result.accepted.values[3]
-    assert not result.misfit.values[3]
-    for name in ("draws", "median", "interval_95", "p_value", "outside_support"):
-        assert np.isnan(result[name].values[3]).all(), name
-    others = [0, 1, 2, 4, 5, 6]
-    one, other = (item.isel(operation=others) for item in (result, inferred))
-    xr.testing.assert_identical(one.drop_vars("reason"), other.drop_vars("reason"))
-    assert one.reason.values.tolist() == other.reason.values.tolist()
 
 
 def test_records_that_a_network_does_not_accept_are_refused(series):
@@ -185,9 +151,6 @@ def test_records_that_a_network_does_not_accept_are_refused(series):
         ):
             with pytest.raises(ValueError, match=words):
                 method(*arguments)
-
-
-# ---- validation ---------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(("motion", "onset"), [("closing", True), ("opening", False)])
@@ -211,7 +174,7 @@ def test_validation_pairs_truth_and_record(motion, onset):
     np.testing.assert_array_equal(part.draws.values, data.draws.values[:3])
 
 
-# ---- predictive p-values ------------------------------------------------------------------------
+# ---- predictions --------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
@@ -236,13 +199,10 @@ def test_p_value_at_the_truth_is_uniform_and_in_closed_form(motion, onset, every
     assert p_values[0] > 1e-2
 
 
-# ---- predictions --------------------------------------------------------------------------------
-
-
 def test_band_width_is_that_of_noise_and_zero(posterior):
     """By its own moments: half width 1.96 sd, with the zero's part that the record leaves open."""
     values, exact, records = simulated(posterior, 3)
-    draws = certain_of(values, 2000)
+    draws = np.repeat(values[:, None], 2000, axis=1)
     band, again, other = (predict(posterior.model, records, draws, seed=i) for i in (1, 1, 2))
     xr.testing.assert_identical(band, again)
     assert not np.any(band["median"].values == other["median"].values)
@@ -260,8 +220,6 @@ def test_band_width_is_that_of_noise_and_zero(posterior):
         ("upper", exact + zero + half_width, 2.7),
     ):
         assert np.abs(band[name].values - expected).max() < 4.4 * error * unit, name
-    assert band.attrs == {"motion": "closing", "noise_sd": sensor.noise_sd}
-    np.testing.assert_array_equal(band.measured.values, records)
 
 
 def test_stages_are_accepted_operations_over_the_whole_life(posterior, inferred):
@@ -284,21 +242,16 @@ def test_share_inside_counts_the_main_motion_alone(certain, curves):
     last = next(k for k, x in enumerate(exact) if x >= 0.75 * exact[-1])
     odd = np.zeros((2, times.size))
     odd[0, first + 1], odd[1, after:] = 1.0, 0.5 * np.resize([1, -1], times.size - after)
-    chosen = three(curves, record, *(record + odd))
-    answer = infer(model, chosen, draws=100, seed=1, misfit_p_value=0.5)
+    answer = infer(model, three(curves, record, *(record + odd)), **HOW | {"draws": 100})
     result = predict_stages(model.model, answer, stages=3, seed=1)
-    travel = chosen.travel.values
+    travel = result.travel.values
     inside = (travel >= result.lower.values) & (travel <= result.upper.values)
     expected = inside[:, first:last].mean(axis=1)
     np.testing.assert_allclose(result.share_inside.values, expected, rtol=1e-12)
     assert result.main_motion_end.values[0] == times[last - 1]
-    assert 0 < last - first < 10
     # Planted: one sample of the main motion is off, and many samples after it are.
     assert expected[1] < expected[0]
     assert expected[2] - inside[2].mean() > 0.1
-
-
-# ---- table --------------------------------------------------------------------------------------
 
 
 def test_table_is_tidy(inferred):
@@ -306,12 +259,8 @@ def test_table_is_tidy(inferred):
     temperature = [np.nan, 21.5, *[np.nan] * 5]
     known = {"breaker": [""] * 7, "temperature": temperature, "event": [*[""] * 6, "greased"]}
     rows = table(inferred.assign({name: ("operation", item) for name, item in known.items()}))
-    assert rows.columns.tolist() == [
-        *("operation", "output", "unit", "median"),
-        *("interval_50_lower", "interval_50_upper", "interval_95_lower", "interval_95_upper"),
-        *("p_value", "misfit", "outside_prior", "outside_support", "accepted", "reason", "file"),
-        *("far_onset", "temperature", "event"),
-    ]
+    assert {"temperature", "event", "file", "reason"} < set(rows.columns)
+    assert "breaker" not in rows
     np.testing.assert_array_equal(rows.temperature, np.repeat(temperature, 8))
     assert rows.operation.tolist() == [k for k in range(3, 24, 3) for _ in range(8)]
     assert rows.output.tolist() == [*NAMES, "onset"] * 7
@@ -323,5 +272,4 @@ def test_table_is_tidy(inferred):
         ("interval_50_upper", inferred.interval_50.sel(bound="upper")),
     ):
         np.testing.assert_array_equal(rows[name], item.values.ravel())
-    for name in ("p_value", "misfit", "outside_prior", "accepted", "reason", "file"):
-        np.testing.assert_array_equal(rows[name], np.repeat(inferred[name].values, 8))
+    np.testing.assert_array_equal(rows.p_value, np.repeat(inferred.p_value.values, 8))

@@ -110,6 +110,20 @@ def test_a_bent_density_is_recovered():
     assert efficiency(straight) < 0.5 * BEST_EFFICIENCY
 
 
+def test_functions_are_ridge_regressions():
+    """Of skewed draws, whose features correlate; a coefficient's prior is worth 2 or 8 draws."""
+    draws = np.exp(0.5 * bent(300, 3, generator(1, "test transport", "skewed")))
+    weights = generator(1, "test transport", "weights").dirichlet(np.ones(300))
+    chosen = TriangularMap.fit(draws, weights)
+    a, b, last = np.linalg.solve(chosen.axes, (draws - chosen.mean).T)
+    features = np.stack([np.ones(300), a, a * a, b, a * b, b * b])
+    ridge = np.diag([0, 2, 8, 2, 8, 8]) * np.sum(weights**2)
+    gram, right = features * weights @ features.T + ridge, features * weights @ last
+    np.testing.assert_allclose(chosen.coefficients[2], np.linalg.solve(gram, right), rtol=1e-8)
+    bend = np.linalg.solve(gram[:3, :3], features[:3] * weights @ b)
+    np.testing.assert_allclose(chosen.coefficients[1], [*bend, 0, 0, 0], rtol=1e-8)
+
+
 # ---- what cannot be fitted -----------------------------------------------------------------------
 
 

@@ -76,6 +76,8 @@ def test_equal_weights_and_a_single_one():
     assert (result.size, result.log_evidence) == (pytest.approx(300), pytest.approx(120.0))
     assert result.gap == pytest.approx(0, abs=1e-12)
     assert (result.pareto_k, result.c2st) == (-np.inf, pytest.approx(0.5))
+    some = importance(np.r_[np.zeros(20), 1.0, 2.0, 2.0, 2.0, 2.0], np.zeros(25))
+    assert np.isfinite(some.pareto_k)  # of the five largest one is smaller
     for ahead in (30, 740, 1e5):  # one weight is everything, also where the others underflow
         result = importance(np.r_[ahead, density], np.zeros(301))
         assert not result.pareto_k < 0.7

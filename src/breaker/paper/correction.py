@@ -139,7 +139,7 @@ def _tail_shape(excess: np.ndarray) -> float:
     theta = 1 - np.sqrt(points / (np.arange(1, points + 1) - 0.5))
     theta = theta / (3 * excess[int(n / 4 + 0.5) - 1]) + 1 / excess[-1]
     shape = np.mean(np.log1p(-theta[:, None] * excess), axis=1)
-    mean = softmax(n * (np.log(-theta / shape) - shape - 1)) @ theta
+    mean = softmax(n * (np.log(-theta / shape) - shape)) @ theta
     return float((n * np.mean(np.log1p(-mean * excess)) + 10 * 0.5) / (n + 10))
 
 
