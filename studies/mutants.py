@@ -54,11 +54,14 @@ SKIPPED = (ast.Raise, ast.JoinedStr, ast.Import, ast.ImportFrom)  # messages and
 
 
 def nodes(tree: ast.AST) -> Iterator[ast.AST]:
-    """Yield the nodes of a tree in which a fault can lie: no annotation, decorator or message."""
+    """Yield the nodes of a tree in which a fault can lie: no annotation, decorator, message, and no
+    check that sequences are of one length.
+    """
     skipped = [getattr(tree, field, None) for field in ("annotation", "returns")]
     skipped += getattr(tree, "decorator_list", [])
     for node in ast.iter_child_nodes(tree):
-        if node not in skipped and not isinstance(node, SKIPPED):
+        strict = isinstance(node, ast.keyword) and node.arg == "strict"
+        if node not in skipped and not strict and not isinstance(node, SKIPPED):
             yield node
             yield from nodes(node)
 

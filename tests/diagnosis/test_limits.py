@@ -2,8 +2,9 @@
 
 import numpy as np
 import pytest
+from scipy.stats import norm
 
-from breaker.diagnosis.limits import interval_of, judge, simultaneity_of
+from breaker.diagnosis.limits import NORMAL, interval_of, judge, simultaneity_of
 from breaker.model.limits import Limit
 from breaker.records.measurements import Measured
 
@@ -34,6 +35,7 @@ def test_an_interval_is_central():
     assert interval_of(Measured(0.5, 1.0, ""))[1] == pytest.approx([0.0, 2.46])  # no time below 0
     value, ends = interval_of(np.linspace(0.0, 1.0, 1001))
     assert [value, *ends] == pytest.approx([0.5, 0.025, 0.975])
+    assert [norm.cdf(NORMAL[share]) for share in (90, 95)] == pytest.approx([0.95, 0.975], abs=1e-4)
 
 
 @pytest.mark.parametrize(
