@@ -1,6 +1,8 @@
 """Exact curves against integrated and closed-form solutions, its answers at the edges, and
 what it refuses."""
 
+from itertools import accumulate
+
 import numba
 import numpy as np
 import pytest
@@ -123,19 +125,13 @@ def peaks(theta, end, step=0.02):
     """Times and heights of the free contact's maxima that are the highest so far."""
     mode, start = system(theta, "free", theta[NAMES.index("f")]), np.array([0, 0, 0, 0, 1.0])
     one_step = expm(mode * step)
-    path = [start]
-    for _ in range(int(end / step)):
-        path.append(one_step @ path[-1])
-    path = np.array(path)
-    height = np.maximum.accumulate(path[:, 2])
-    turns = np.flatnonzero((path[:-1, 3] > 0) & (path[1:, 3] <= 0))
-
-    def refined(k):
-        stop = brentq(lambda t: (expm(mode * t) @ path[k])[3], 0, step, xtol=1e-14)
-        return k * step + stop, (expm(mode * stop) @ path[k])[2]
-
-    result = [refined(k) for k in turns]
-    return [(time, top) for (time, top), k in zip(result, turns, strict=True) if top >= height[k]]
+    path = np.array([*accumulate(range(int(end / step)), lambda y, _: one_step @ y, initial=start)])
+    highest = np.maximum.accumulate(path[:, 2])
+    for k in np.flatnonzero((path[:-1, 3] > 0) & (path[1:, 3] <= 0)):
+        stop = brentq(lambda t, y=path[k]: (expm(mode * t) @ y)[3], 0, step, xtol=1e-14)
+        top = (expm(mode * stop) @ path[k])[2]
+        if top >= highest[k]:
+            yield k * step + stop, top
 
 
 def light_damping(n):
@@ -170,24 +166,17 @@ def test_touch_by_a_ripple():
 
 
 def test_reopening_is_where_the_force_falls_to_zero(prior, sensor):
+    """It is flagged, not modelled: the curve goes on as if the contact stayed closed."""
     theta, _ = draws(prior, 20_000, "reopening")
-    flag = travel(theta, sensor.times, "closing").reopening
+    curve, _, flag = travel(theta, sensor.times, "closing")
     assert 20 <= flag.sum() <= 100  # some 0.3 %
-    for rows, expected in ((theta[flag], True), (theta[~flag], False)):
-        for row in rows[:10]:
-            position, _, reopens = integrate(row, sensor.times, "closing")
-            assert reopens == expected
-            # It is flagged, not modelled: the curve goes on as if the contact stayed closed.
-            curve = travel(row[None], sensor.times, "closing").travel[0]
-            np.testing.assert_allclose(curve, position, rtol=0, atol=1e-8)
+    for k in (*np.flatnonzero(flag)[:10], *np.flatnonzero(~flag)[:10]):
+        position, _, reopens = integrate(theta[k], sensor.times, "closing")
+        assert reopens == flag[k]
+        np.testing.assert_allclose(curve[k], position, rtol=0, atol=1e-8)
 
 
 # ---- what is refused -------------------------------------------------------------------------
-
-
-@pytest.fixture(autouse=True)
-def small_blocks(monkeypatch):
-    monkeypatch.setattr(curves, "_ROWS", 8)
 
 
 @pytest.mark.parametrize("wrong", [np.nan, np.inf, 0.0, -1.0])

@@ -1,6 +1,7 @@
 """The sensor's errors against its covariance, in matrices written out."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ from breaker.model.sensor import Sensor, grid
 from tests.model.laws import covariance, covariance_p_value
 
 SAMPLES = 12
+NORMAL = generator(1, "test").standard_normal((7, 1))
 
 
 @pytest.fixture(scope="module")
@@ -47,28 +49,20 @@ def test_density_and_whitening_are_those_of_the_covariance(small, records):
     np.testing.assert_allclose(small.chi_square(measured, exact), expected, rtol=1e-11)
 
 
-def zero_given_the_record(residual, sensor):
-    """Mean and sd of the zero given a residual ``(t,)``: the normal conditional in matrices."""
-    cross = sensor.zero_sd**2 * np.linalg.solve(covariance(sensor), np.ones(sensor.samples))
-    return cross @ residual, np.sqrt(sensor.zero_sd**2 * (1 - cross.sum()))
-
-
-def zero_p_value(draws, residual, sensor):
-    mean, sd = zero_given_the_record(residual, sensor)
-    return kstest((draws - mean) / sd, "norm").pvalue
-
-
 def test_zero_given_a_record(small, records):
     """False alarm 1e-3. The fault, a zero without its prior, is the residual's mean give or take
     the noise of a mean."""
     exact, measured = (np.tile(values[0], (20_000, 1)) for values in records)
     residual = measured[0] - exact[0]
+    # The normal conditional in matrices.
+    cross = small.zero_sd**2 * np.linalg.solve(covariance(small), np.ones(SAMPLES))
+    law = norm(cross @ residual, np.sqrt(small.zero_sd**2 * (1 - cross.sum())))
     rng = generator(1, "test", "zero")
     draws = small.sample_shared(measured, exact, rng)
     assert draws.shape == (20_000, 1)
-    assert zero_p_value(draws[:, 0], residual, small) > 1e-3
+    assert kstest(draws[:, 0], law.cdf).pvalue > 1e-3
     flat = residual.mean() + small.noise_sd / np.sqrt(SAMPLES) * rng.standard_normal(20_000)
-    assert zero_p_value(flat, residual, small) < 1e-9
+    assert kstest(flat, law.cdf).pvalue < 1e-9
 
 
 def test_missing_samples_are_left_out(small, records):
@@ -83,13 +77,8 @@ def test_missing_samples_are_left_out(small, records):
         shorter = record[there], exact[i][there]
         assert density[i] == pytest.approx(small.log_likelihood(*shorter), rel=1e-12)
         assert square[i] == pytest.approx(small.chi_square(*shorter), rel=1e-12)
-        t = there.sum()
-        noise, zero = small.noise_sd**2, small.zero_sd**2
-        mean = zero / (noise + t * zero) * (shorter[0] - shorter[1]).sum()
-        standard = generator(1, "test").standard_normal((7, 1))[i, 0]
-        assert zeros[i, 0] == pytest.approx(
-            mean + standard * np.sqrt(noise * zero / (noise + t * zero)), rel=1e-9
-        )
+        same = SimpleNamespace(standard_normal=lambda _, i=i: NORMAL[i])
+        assert zeros[i] == pytest.approx(small.sample_shared(*shorter, same), rel=1e-12)
 
 
 def test_without_zero(small, records):
