@@ -1,10 +1,11 @@
-"""Banks: what is in them, the same for the same seed, and shards that fit together."""
+"""Banks: their content, shards that fit together, components and the distance from them."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
 import xarray as xr
+from scipy.linalg import eigh
 
 from breaker.common.randomness import generator
 from breaker.common.zarr_store import describe, save
@@ -12,8 +13,9 @@ from breaker.model import curves
 from breaker.model.curves import travel
 from breaker.model.parameters import MOTIONS, NAMES, PARAMETERS
 from breaker.model.prior import Prior
-from breaker.paper.bank import open_bank, simulate
+from breaker.paper.bank import distance, excess, open_bank, principal_components, simulate
 from breaker.paper.joint_model import Model
+from tests.model.laws import covariance
 
 
 @pytest.fixture
@@ -81,3 +83,26 @@ def test_curves_that_are_not_finite_are_counted(sensor):
     model = Model(prior, replace(sensor, onset_sd=0.0), "closing")
     with np.errstate(all="ignore"), pytest.raises(FloatingPointError, match="8 of 8"):
         simulate(model, 8, generator(1, "test", "not finite"))
+
+
+@pytest.mark.parametrize("motion", MOTIONS)
+def test_scores_are_uncorrelated_with_unit_variance(prior, sensor, motion):
+    """Over the bank and all noise, in matrices: nothing statistical is left."""
+    theta, onset = Model(prior, sensor, motion).sample(2000, generator(1, "test", "components"))
+    bank = travel(theta, sensor.times, motion, onset=onset).travel
+    mean, weights = principal_components(bank, sensor, 16)
+    np.testing.assert_allclose(mean, bank.mean(axis=0), rtol=1e-13, atol=1e-13)
+    signal, errors = np.cov(bank, rowvar=False, bias=True), covariance(sensor)
+    np.testing.assert_allclose(weights.T @ (signal + errors) @ weights, np.eye(16), atol=1e-9)
+    # They are the first of the generalised eigenvalue problem, largest first.
+    ratio = np.diag(weights.T @ signal @ weights) / np.diag(weights.T @ errors @ weights)
+    best = eigh(signal, errors, eigvals_only=True)[::-1][:16]
+    np.testing.assert_allclose(ratio, best, rtol=1e-6)
+
+
+def test_distance_and_excess_in_numbers():
+    """The largest score of any sign; how far a record leaves the envelope, on either side."""
+    records = np.array([[1.0, -4.0], [2.0, 1.0], [0.5, 0.5]])
+    assert distance(records, np.zeros(2), np.eye(2)).tolist() == [4.0, 2.0, 0.5]
+    low, high = np.array([-1.0, -1.0]), np.array([1.0, 2.0])
+    assert excess(records, low, high).tolist() == [3.0, 1.0, -0.5]
