@@ -9,11 +9,11 @@ import yaml
 from scipy.stats import multivariate_normal, norm
 
 from breaker.common.randomness import generator
-from breaker.model.curves import travel
 from breaker.model.parameters import MOTIONS, NAMES
 from breaker.model.prior import Prior
 from breaker.paper.joint_model import Model, OwnPrior, contraction_limit, limit_over_prior
 from tests.model.laws import covariance
+from tests.networks_fixtures import exact_curves
 
 PAPER = Path(__file__).parents[2] / "config" / "paper.yaml"
 P = len(NAMES)
@@ -42,16 +42,8 @@ def tight(model):
 
 def unknowns(model, n, name):
     """Outputs drawn from the prior, ``(n, q)``, physical units."""
-    rng = generator(1, "test model", name)
-    theta = model.prior.sample(n, rng)
-    if not model.sensor.infers_onset:
-        return theta
-    return np.column_stack([theta, model.sensor.onset_sd * rng.standard_normal(n)])
-
-
-def exact_curves(model, values):
-    onset = values[:, P] if values.shape[1] > P else 0.0
-    return travel(values[:, :P], model.sensor.times, model.motion, onset=onset).travel
+    values = np.column_stack(model.sample(n, generator(1, "test model", name)))
+    return values[:, : len(model.names)]
 
 
 def a_record(model):
@@ -162,16 +154,9 @@ def test_log_joint_is_prior_times_likelihood(model, kept):
     np.testing.assert_allclose(result, model.log_prior(z) + likelihood, rtol=1e-11)
 
 
-P = len(NAMES)
-
-
-@pytest.mark.parametrize("changes", [{}, {"onset_sd": 0.0, "zero_sd": 0.0}])
-@pytest.mark.parametrize("motion", MOTIONS)
-def test_limit_in_plain_matrices(prior, sensor, motion, changes):
+def test_limit_in_plain_matrices(model):
     """From curves of the model, differences of 4th order and the covariance written out."""
-    model, step = Model(prior, replace(sensor, **changes), motion), 1e-3
-    values = np.column_stack(model.sample(10, generator(1, "test", "limit")))[:, : len(model.names)]
-    q = P + model.sensor.infers_onset
+    values, step, q = unknowns(model, 10, "limit"), 1e-3, len(model.names)
     limits = contraction_limit(model, values)
     inverse = np.linalg.inv(covariance(model.sensor))
 
@@ -186,6 +171,6 @@ def test_limit_in_plain_matrices(prior, sensor, motion, changes):
         fisher = slopes @ inverse @ slopes.T / step**2
         expected = 1 - np.diag(np.linalg.inv(fisher + np.eye(q)))
         np.testing.assert_allclose(limit, expected, rtol=0, atol=1e-5)
-    over_prior = limit_over_prior(model, 10, generator(1, "test", "limit"))
+    over_prior = limit_over_prior(model, 10, generator(1, "test model", "limit"))
     np.testing.assert_array_equal(over_prior.contraction, limits)
-    assert over_prior.output.values.tolist() == [*NAMES, "onset"][:q]
+    assert over_prior.output.values.tolist() == model.names
