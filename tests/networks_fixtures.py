@@ -158,14 +158,14 @@ def curved_model(network=NETWORK):
     return posterior, posterior.sensor.corrupt(bank.travel.values, generator(1, "test records"))
 
 
-def operations_of(records, times, names=()):
+def operations_of(records, times):
     """Records ``(n, t)`` in the layout of the reader, all accepted."""
     n = len(records)
     data = {
         "travel": (("operation", "time"), records),
         "accepted": ("operation", np.ones(n, bool)),
         "reason": ("operation", np.array([""] * n)),
-        "file": ("operation", names or [f"close_{k}.csv" for k in range(n)]),
+        "file": ("operation", [f"close_{k}.csv" for k in range(n)]),
     }
     return xr.Dataset(data, coords={"operation": np.arange(n), "time": times})
 

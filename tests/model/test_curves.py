@@ -12,6 +12,7 @@ from scipy.optimize import brentq
 from breaker.common.randomness import generator
 from breaker.model import curves
 from breaker.model.curves import check, travel
+from breaker.model.equations import fastest_rate
 from breaker.model.parameters import MOTIONS, NAMES
 from tests.model_references import changed, contact_force, integrate, propagate, system
 
@@ -75,6 +76,18 @@ def test_bytes_depend_on_nothing_but_the_row(prior, sensor, motion, monkeypatch)
         assert all(a.tobytes() == b[[k]].tobytes() for a, b in zip(alone, whole, strict=True))
     for other in results:
         assert all(a.tobytes() == b.tobytes() for a, b in zip(other, whole, strict=True))
+
+
+def test_rates_are_bounded_but_not_by_much(prior):
+    """The bound decides on the lengths of intervals, and so on accuracy and cost. With a closed
+    contact it is that of an oscillator, w + g, whose norm is at least 0.8 times that."""
+    for row in draws(prior, 50, "rates")[0]:
+        modes = {word: system(row, word, 0.0)[:4, :4] for word in ("free", "closed")}
+        for word, mode in modes.items():
+            assert np.abs(np.linalg.eigvals(mode)).max() < fastest_rate(row, free=word == "free")
+        square, damping = -modes["closed"][1, :2]
+        norm = np.linalg.norm([[0.0, square**0.5], [-(square**0.5), -damping]], 2)
+        assert 0.8 < norm / fastest_rate(row, free=False) < 1.0
 
 
 # ---- edges -----------------------------------------------------------------------------------

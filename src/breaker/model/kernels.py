@@ -212,16 +212,15 @@ def first_zero(margin):
 
 
 @_compiled
-def _follow(mode, margin, state, start, times, travel, sample, buffers):
+def _follow(mode, margin, watching, state, start, times, travel, sample, buffers):
     """Fill a curve in one mode, from the state at ``start`` until its margin ends it.
 
     Return the next sample, the time of the margin's zero (inf if it has none by the last sample),
-    and x_a and x_a' at the end of the mode. A margin without weights is ignored.
+    and x_a and x_a' at the end of the mode. A margin that is not watched has no zero.
     """
     propagate(mode, margin, buffers)
     rows, position, h = buffers.rows, buffers.position, mode.h
     offset = margin.offset + margin.drive * mode.x_a + margin.contact * mode.x_b
-    watching = margin.drive != 0 or margin.contact != 0
     deviation = state[0] - mode.x_a, state[1], state[2] - mode.x_b, state[3]
     y = _times_matrix(buffers.half, deviation)
     zero = u = np.inf
@@ -251,24 +250,23 @@ def _follow(mode, margin, state, start, times, travel, sample, buffers):
 def _curve(theta, rates, times, onset, closing, travel, buffers):
     """Fill one curve; return its switching time after the onset and its reopening flag."""
     _, _, k_b, _, gamma_b, f, gap = theta
+    force = Margin(k_b, gamma_b, 0.0, -k_b * gap, not closing)  # of the contact
     if closing:
         pull, state = f, (0.0, 0.0, 0.0, 0.0)
         margin = Margin(0.0, 0.0, -1.0, gap, True)  # distance to the gap
-        later = Margin(k_b, gamma_b, 0.0, -k_b * gap, False)  # contact force
     else:
         pull, state = 0.0, (mode_of(theta, rates, False, f).x_a, 0.0, gap, 0.0)
-        margin = Margin(k_b, gamma_b, 0.0, -k_b * gap, True)
-        later = Margin(0.0, 0.0, 0.0, 0.0, False)
+        margin = force
     sample = _passed(times, 0, onset)
     travel[:sample] = state[0]
     mode = mode_of(theta, rates, closing, pull)
     sample, switching, x_a, v_a = _follow(
-        mode, margin, state, onset, times, travel, sample, buffers
+        mode, margin, True, state, onset, times, travel, sample, buffers
     )
     again = np.inf
     if sample < times.size:  # the contact stops dead at the gap, or leaves it from rest
         mode, state = mode_of(theta, rates, not closing, pull), (x_a, v_a, gap, 0.0)
-        again = _follow(mode, later, state, switching, times, travel, sample, buffers)[1]
+        again = _follow(mode, force, closing, state, switching, times, travel, sample, buffers)[1]
     return switching - onset, again < np.inf
 
 
