@@ -128,8 +128,8 @@ def test_the_fewest_steps_within_the_tolerance_are_chosen(curved, measured):
     for tolerance in (1e3, draws[1], densities[1], 1e-12):
         result = chosen(curved, measured, tolerance)
         for values, key, steps in (
-            (draws, "chosen_steps", curved.steps),
-            (densities, "chosen_density_steps", curved.density_steps),
+            (draws, "chosen_steps", curved.solver_steps),
+            (densities, "chosen_density_steps", curved.density_solver_steps),
         ):
             expected = next((k for k, x in zip(STEPS, values, strict=True) if x <= tolerance), 4)
             assert result.attrs[key] == steps == expected
@@ -140,7 +140,7 @@ def test_a_network_without_solver_takes_one_step(measured):
     posterior = frozen(network={**NETWORK, "inference": COUPLING_FLOW})
     posterior.solver_steps.fill_(7)
     result = chosen(posterior, measured, 0.01)
-    assert posterior.steps == posterior.density_steps == 1
+    assert posterior.solver_steps == posterior.density_solver_steps == 1
     assert result.solver_steps.values.tolist() == [1]
     assert not any(result[name].values.any() for name in result.data_vars)
     assert result.attrs["solves"] == 0

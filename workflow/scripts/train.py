@@ -54,8 +54,8 @@ log.info(
     "held-out log density %.3f +- %.3f",
     motion,
     trainer.best_step,
-    posterior.steps,
-    posterior.density_steps,
+    posterior.solver_steps,
+    posterior.density_solver_steps,
     density,
     error,
 )

@@ -303,10 +303,11 @@ def correct(
             proposal = _refit(drawn)
             done += 1
             if drawn[-1].weights.efficiency >= _EFFICIENCY or done == rounds:
-                drawn.append(draw(_RESULT_DRAWS))
-                if drawn[-1].weights.fault:
+                last = draw(_RESULT_DRAWS)
+                drawn.append(last)
+                if last.weights.fault:
                     proposal = _refit(drawn)
-                result = drawn[-1]
+                result = last
     except np.linalg.LinAlgError as error:
         failure = f"no map: {error}"
     weights = result.weights if result else drawn[-1].weights if drawn else _UNKNOWN

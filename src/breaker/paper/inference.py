@@ -68,7 +68,7 @@ def sample_records(
             "logarithmic": ("output", model.logarithmic),
         },
         coords=_coordinates(model),
-        attrs={"motion": model.motion, "seed": seed, "solver_steps": posterior.steps},
+        attrs={"motion": model.motion, "seed": seed, "solver_steps": posterior.solver_steps.item()},
     )
 
 

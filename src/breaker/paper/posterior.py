@@ -36,7 +36,8 @@ class Posterior(nn.Module):
         model: Joint model that it is for; ``sensor``, ``motion`` and ``outputs`` are the model's.
         name: Name of its training.
         solver_steps, density_solver_steps: Steps of the solver for sampling and for the density,
-            chosen at the end of the training so that either is converged.
+            chosen at the end of the training so that either is converged: more for the density, as
+            importance weights ask more of it.
     """
 
     def __init__(self, settings: Mapping, *, seed: int = 0) -> None:
@@ -60,16 +61,6 @@ class Posterior(nn.Module):
             self.register_buffer(name, torch.zeros(size, dtype=torch.float64))
         for name in ("solver_steps", "density_solver_steps"):
             self.register_buffer(name, torch.ones((), dtype=torch.int64))
-
-    @property
-    def steps(self) -> int:
-        """Solver steps for sampling."""
-        return int(self.solver_steps)
-
-    @property
-    def density_steps(self) -> int:
-        """Solver steps for the density: more, as importance weights ask more of it."""
-        return int(self.density_solver_steps)
 
     # Training, sampling, density.
 
@@ -109,7 +100,9 @@ class Posterior(nn.Module):
         draws = np.empty(noise.shape)
         for i, (record, start) in enumerate(zip(measured, noise, strict=True)):
             features = self.summary(self._tensor(record[None]))
-            z = self.inference.sample(self._tensor(start[None]), features, steps=self.steps)[0]
+            z = self.inference.sample(
+                self._tensor(start[None]), features, steps=self.solver_steps.item()
+            )[0]
             with np.errstate(over="ignore"):  # counted below
                 draws[i] = self.model.destandardise(z.cpu().numpy())
         bad = ~np.isfinite(draws).all(axis=(1, 2))
@@ -127,7 +120,7 @@ class Posterior(nn.Module):
         for i, points in enumerate(values):
             z = self._tensor(self.model.standardise(points[None]))
             features = self.summary(self._tensor(measured[i : i + 1]))
-            prob = self.inference.log_prob(z, features, steps=self.density_steps)
+            prob = self.inference.log_prob(z, features, steps=self.density_solver_steps.item())
             density[i] = prob[0].cpu().numpy()
         return density + self.model.log_scaling(values)
 

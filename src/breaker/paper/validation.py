@@ -37,25 +37,18 @@ than half of the prior's variance, and 71 % of its width, stay; from 0.8 on less
 # ---- draws of one posterior ----------------------------------------------------------------------
 
 
-def quantiles(draws: np.ndarray, *, axis: int) -> dict[str, np.ndarray]:
-    """Return ``median (...)``, ``interval_50`` and ``interval_95``, ``(..., 2)``, of draws.
+def intervals(draws: np.ndarray) -> dict[str, xr.DataArray]:
+    """Return ``median``, ``interval_50`` and ``interval_95`` of draws ``(o, d, q)``, with names.
 
     Example:
-        >>> quantiles(np.arange(101.0), axis=0)["interval_50"].tolist()
-        [25.0, 75.0]
+        >>> intervals(np.arange(101.0)[None, :, None])["interval_50"].values.tolist()
+        [[[25.0, 75.0]]]
     """
-    levels = np.quantile(draws, [0.5, *sum(INTERVALS.values(), ())], axis=axis)
-    bounds = np.moveaxis(levels[1:], 0, -1)
-    pairs = {name: bounds[..., 2 * i : 2 * i + 2] for i, name in enumerate(INTERVALS)}
-    return {"median": levels[0], **pairs}
-
-
-def intervals(draws: np.ndarray) -> dict[str, xr.DataArray]:
-    """Return ``median``, ``interval_50`` and ``interval_95`` of draws ``(o, d, q)``, with names."""
-    bounds = {"dims": ("operation", "output", "bound"), "coords": {"bound": ["lower", "upper"]}}
-    median, *pairs = quantiles(draws, axis=1).items()
-    named = {"median": xr.DataArray(median[1], dims=("operation", "output"))}
-    return named | {name: xr.DataArray(values, **bounds) for name, values in pairs}
+    median, *bounds = np.quantile(draws, [0.5, *sum(INTERVALS.values(), ())], axis=1)
+    pairs = zip(INTERVALS, bounds[::2], bounds[1::2], strict=True)
+    about = {"dims": ("operation", "output", "bound"), "coords": {"bound": ["lower", "upper"]}}
+    named = {"median": xr.DataArray(median, dims=about["dims"][:2])}
+    return named | {name: xr.DataArray(np.stack(ends, -1), **about) for name, *ends in pairs}
 
 
 def share_inside(
@@ -166,11 +159,11 @@ class Recovery:
 def recovery(draws: ArrayLike, truth: ArrayLike) -> Recovery:
     """Summarise draws ``(n, d, q)`` and their truth ``(n, q)`` (paper, Sec. 6, Fig. 6)."""
     draws, truth = checked_draws(draws, truth)
-    summaries = quantiles(draws, axis=1)
-    columns = zip(summaries["median"].T, truth.T, strict=True)
+    named = {name: item.values for name, item in intervals(draws).items()}
+    columns = zip(named["median"].T, truth.T, strict=True)
     pearson = np.array([np.corrcoef(guess, actual)[0, 1] for guess, actual in columns])
     covered = coverage(ranks(draws, truth), draws.shape[1], levels=(0.5, 0.95))
-    return Recovery(summaries["median"], summaries["interval_95"], *covered, pearson)
+    return Recovery(named["median"], named["interval_95"], *covered, pearson)
 
 
 def _scaled(values: np.ndarray, log: ArrayLike) -> np.ndarray:
