@@ -174,6 +174,17 @@ def test_draws_that_carry_no_map(fault):
     assert (result.resolved, result.rounds, result.importance.faulty) == (False, 0, 0)
 
 
+def test_a_record_that_no_draw_explains_has_no_posterior():
+    class Nowhere(Known):
+        def log_joint(self, z, record):
+            return np.full(len(z), -np.inf)
+
+    rng = generator(1, "test correction", "nowhere")
+    result = correct(Nowhere(), RECORD, start(NORMAL, "wide", rng), rng, rounds=2)
+    assert np.isnan(result.draws).all()
+    assert (result.importance.size, result.rounds, result.resolved) == (0, 2, False)
+
+
 @pytest.mark.parametrize(("call", "kept"), [(1, False), (2, False), (3, True)])
 def test_faulty_densities_are_counted(call, kept, monkeypatch):
     """In a round of adaptation, in the result, and after a first result, which is kept."""
