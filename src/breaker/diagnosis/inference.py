@@ -21,7 +21,7 @@ from breaker.diagnosis.words import say
 from breaker.family.membership import choose_family
 from breaker.family.networks import StateNetwork
 from breaker.family.shape import SHAPE_TIMES
-from breaker.model.parameters import NAMES, Size
+from breaker.model.parameters import NAMES
 from breaker.model.quantities import Speed
 
 SURPRISING = 4.0
@@ -154,39 +154,36 @@ class Inference(NamedTuple):
         seen = {estimate.record.motion: estimate.record.seen for estimate in operation}
         strokes = [estimate.record.raw.reading.quantities()["stroke"] for estimate in operation]
         rest = min((one for one in strokes if not one.reason), key=lambda e: e.sd, default=None)
-        rounds = [(*step, self.given.size) for step in _ROUNDS]
+        rounds = [*_ROUNDS] if self.given.restricts else [*_ROUNDS[:2]]
         if not (self.given.restricts or contacts):  # nothing weights the draws
-            rounds[0] = self.settings.draws, _LEAST, self.given.size
-        if self.given.prior is not None:  # it may be wider than the family's at its size
-            rounds.insert(2, (*_ROUNDS[1], None))
-        best = None, None, -1.0
-        for n, enough, size in rounds if self.given.restricts else rounds[:2]:
+            rounds[0] = self.settings.draws, _LEAST
+        # A prior of one's own may be wider than the family's at its size.
+        size, best = None if self.given.prior else self.given.size, (None, None, -1.0)
+        for n, enough in rounds:
             if n == _ROUNDS[2][0] and best[2] * 10.0 < _LEAST:
                 break  # even ten times the draws would be too few
             draws = operation[0].levels.draw(seen, n, rng, size=size)
             stroke = None if rest is None else rng.spawn(1)[0].normal(rest.value, rest.sd, n)
             about = {"draws": draws, "stroke": stroke, "motions": tuple(draws.release)}
             drawn = [replace(estimate, **about) for estimate in operation]
-            weights = self._weights(drawn, contacts, size) * _possible(drawn)
+            weights = self._weights(drawn, contacts) * _possible(drawn)
             effective = float(weights.sum() ** 2 / (np.square(weights).sum() or 1.0))
             best = max(best, (drawn, weights, effective), key=itemgetter(2))
             if best[2] >= min(enough, n / 2):
                 break
         return best
 
-    def _weights(
-        self, estimates: Sequence[Estimate], contacts: Collection[str], size: Size | None
-    ) -> np.ndarray:
-        """Return weights of draws at a size, ``(d,)``, the largest 1; all 0 if none is possible."""
+    def _weights(self, estimates: Sequence[Estimate], contacts: Collection[str]) -> np.ndarray:
+        """Return weights of draws, ``(d,)``, the largest 1; all 0 if none is possible."""
         draws, given = estimates[0].draws, self.given
         log = np.zeros(len(draws.theta))
         if given.prior is not None:
             family = given.family_prior(estimates[0])
             with np.errstate(invalid="ignore"):
                 log += given.prior.log_prob(draws.theta) - family.log_prob(draws.theta)
-            if size is None:  # its draws lack the part of the family's prior along sizes
-                along = family.standardise(draws.theta) @ family.size_axes
-                log -= 0.5 * np.square(along).sum(axis=1)
+            # Draws at an unknown size lack the part of the family's prior along sizes.
+            along = family.standardise(draws.theta) @ family.size_axes
+            log -= 0.5 * np.square(along).sum(axis=1)
         for record in (estimate.record for estimate in estimates):
             if record.motion in contacts:
                 late = draws.switching[record.motion] - record.switched
