@@ -12,7 +12,6 @@ from breaker.figures.records import answer
 from breaker.figures.reports import curves
 from breaker.model.parameters import NAMES
 from breaker.records.currents import Currents
-from tests.diagnosis.conftest import TOUCH
 from tests.figures.drawn import assert_drawn, line_of
 
 NAME = "North_400_kV_Bay_4_circuit_breaker_Q0_closing_after_overhaul_of_drive_and_linkage.csv"
@@ -72,15 +71,3 @@ def test_pictures_have_all_channels_in_panels_of_60_mm(answers, channels):
         assert min(text.get_fontsize() for text in [*texts, *axis.get_yticklabels()]) >= 9.0
         assert figure.get_figwidth() <= 180.0 / 25.4  # between the margins of a page
         assert axis.get_position().height * figure.get_figheight() >= 60.0 / 25.4
-
-
-def test_the_legend_names_what_is_drawn_and_no_more(answers, timed):
-    def keys(figure):
-        return {text.get_text() for text in figure.legends[0].get_texts()}
-
-    own = replace(answers[0], record=timed(TOUCH))
-    (bare,) = curves([panel([channel(answers[0], "")])])
-    more, signals, _ = curves([panel([channel(own, "", ["contact", "trigger"])], good=[own])])
-    assert len(keys(bare)) == 5  # channel, motion, touch, points, rests
-    assert len(keys(more) - keys(bare)) == 2  # touch as measured, reference
-    assert len(keys(signals)) == 2

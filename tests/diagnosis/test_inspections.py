@@ -21,8 +21,6 @@ from breaker.family.membership import PARTS, Match
 from breaker.family.shape import SHAPE_TIMES
 from breaker.model.parameters import MOTIONS, NAMES
 from breaker.model.quantities import quantities, speeds_of
-from breaker.records.contacts import ContactTimes
-from breaker.records.currents import Currents
 from tests.raws import smooth
 
 SPEEDS = speeds_of({"closing_speed_mean": ["10 % of stroke", "90 % of stroke"]})
@@ -166,26 +164,6 @@ def test_a_change_of_a_value_below_its_error_is_not_in_percent(before, unit):
 
 
 # ---- measured quantities -------------------------------------------------------------------------
-
-
-def test_the_length_of_the_arcing_contact_is_compared():
-    """Planted: less travel between the main and the arcing contact, and 80 % more resistance."""
-    pairs = []
-    for arcing, ohms in ((30.0, 50.0), (29.0, 90.0)):
-        raws = records(["opening"], noise=1e-4)["opening"]
-        for k, raw in enumerate(raws):
-            contact = ContactTimes(arcing, 0.01, 26.0, 0.01, arcing, 0.01)
-            own = np.where(raw.time < arcing, ohms + raw.time % 2.0, 8000.0)
-            about = "opening", raw.inside, raw.moves, contact
-            currents = Currents(raw.time, {"contact": own}, {"contact": 1.0}, *about)
-            raws[k] = replace(raw, contact=contact, currents=currents)
-        pairs.append({"opening": raws})
-    rows = {row.name: row for row in measured_changes(Pair.of(*pairs), SPEEDS)}
-    way = [np.interp(at, raws[0].time, -raws[0].sure) for at in (29.0, 30.0)]
-    assert rows["arcing_wipe"].difference == pytest.approx(way[0] - way[1], abs=0.1)
-    assert rows["static_resistance"].change[1] == pytest.approx(40.0 / 0.51, rel=0.02)
-    assert rows["arcing_wipe"].is_worse
-    assert rows["static_resistance"].is_worse
 
 
 @pytest.mark.parametrize(("sd", "changed"), [(0.42, False), (0.2, True)])

@@ -125,19 +125,6 @@ def test_data_have_every_record_and_no_number_that_json_lacks(result, answers):
     assert {row["phase"] for row in rows} == {"L1"}
 
 
-def test_an_interval_ends_at_zero_in_the_table_as_in_a_limit(answers):
-    """A bounce of 0 ms with an sd of 0.1 ms: up to 0.196 ms."""
-    measured = {**answers[0].measured, "bounce_time": Measured(0.0, 0.1, "")}
-    answer = replace(answers[0], measured=measured)
-    rows = judged(answer, [limit("bounce_time", 1.0, "record")], seed=1)
-    assert rows[0]["parts"][0]["interval_95"] == pytest.approx([0.0, 0.196])
-    result = result_of([answer], [rows])
-    ends = result["records"][0]["quantities"]["bounce_time"]["interval_95"]
-    assert ends == pytest.approx([0.0, 0.196])
-    (row,) = (row for row in document_of(result).parts[0].rows if row[0] == "bounce_time")
-    assert float(row[-1]) == pytest.approx(0.2)
-
-
 def test_a_moving_mass_gives_forces_and_springs(answers, defaults):
     """A drive of 6 kg in all, and mu = 2: 4 kg are of the drive."""
     given = Diagnosis(defaults, types={"A": {"moving_mass": 6.0}}).of_type("A").given

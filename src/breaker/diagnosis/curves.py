@@ -29,28 +29,18 @@ class Overlay(NamedTuple):
     """A record over a reference of the same motion.
 
     Attributes:
-        operation, motion, phase, file: Record.
-        good_file: File of the reference.
+        record, reference: Both records.
         time: Times of both, ``(t,)``, ms after the first motion.
         way, good: Travel of both from the rest before, rising with time, ``(t,)``, mm.
         band: Half of the tolerance band, mm.
-        share: The same, share of the reference's stroke.
-        leaves: First time at which the record leaves the band, and its difference; None if never.
-        farthest: Time and difference where the difference is largest.
     """
 
-    operation: int
-    motion: str
-    phase: str
-    file: str
-    good_file: str
+    record: DriveRecord
+    reference: DriveRecord
     time: np.ndarray
     way: np.ndarray
     good: np.ndarray
     band: float
-    share: float
-    leaves: tuple[float, float] | None
-    farthest: tuple[float, float]
 
     @property
     def difference(self) -> np.ndarray:
@@ -58,9 +48,24 @@ class Overlay(NamedTuple):
         return self.way - self.good
 
     @property
+    def farthest(self) -> tuple[float, float]:
+        """Time and difference where the difference is largest, ms and mm."""
+        return self._at(int(np.nanargmax(np.abs(self.difference))))
+
+    @property
+    def leaves(self) -> tuple[float, float] | None:
+        """First time at which the record leaves the band, and its difference; None if never."""
+        outside = np.abs(self.difference) > self.band
+        return self._at(int(outside.argmax())) if outside.any() else None
+
+    def _at(self, k: int) -> tuple[float, float]:
+        return float(self.time[k]), float(self.difference[k])
+
+    @property
     def words(self) -> str:
         """Whether and where the record leaves the band."""
-        values = {"band": in_digits(self.band, 3), "share": in_digits(100.0 * self.share, 4)}
+        share = 100.0 * self.band / self.reference.shape.stroke
+        values = {"band": in_digits(self.band, 3), "share": in_digits(share, 4)}
         for name, place in (("farthest", self.farthest), ("leaves", self.leaves)):
             at, by = place or (np.nan, np.nan)
             values |= {f"{name}_at": f"{at:.1f}", f"{name}_by": in_digits(by, 3, sign=True)}
@@ -99,18 +104,13 @@ def overlaid(
         if reason:
             logging.getLogger("breaker").warning(reason)
             continue
-        of, sign = record.operation, 1.0 if record.motion == "closing" else -1.0
+        sign = 1.0 if record.motion == "closing" else -1.0
         (time, travel), (times, good_travel) = curve_of(record), curve_of(best)
         both, known = (time >= times[0]) & (time <= times[-1]), np.isfinite(good_travel)
         time, way = time[both], sign * (travel[both] - record.raw.segment.before)
         there = np.interp(time, times[known], good_travel[known]) - best.raw.segment.before
-        difference, band = way - sign * there, share * best.shape.stroke
-        outside = np.abs(difference) > band
-        first, farthest = int(outside.argmax()), int(np.nanargmax(np.abs(difference)))
-        leaves, most = [(float(time[k]), float(difference[k])) for k in (first, farthest)]
-        places = leaves if outside.any() else None, most
-        about = of.number, record.motion, of.phase, str(of.file), str(best.operation.file)
-        overlays.append(Overlay(*about, time, way, sign * there, band, share, *places))
+        band = share * best.shape.stroke
+        overlays.append(Overlay(record, best, time, way, sign * there, band))
     return overlays
 
 

@@ -106,11 +106,11 @@ def _near(axis: Axes, seen: "InspectedMotion", low: float, high: float, title: s
     p.read_title(axis, title, 3.2)
 
 
-def difference(axis: Axes, overlays: Sequence, colours: Mapping, begins: Mapping) -> None:
-    """Draw differences, their band, and where they leave it; colours and first motions by phase."""
+def difference(axis: Axes, overlays: Sequence, colours: Mapping) -> None:
+    """Draw differences, their band, and where they leave it; colours by phase."""
     for overlay in overlays:
-        begin = begins[overlay.phase]
-        axis.plot(begin + overlay.time, overlay.difference, color=colours[overlay.phase], lw=1.0)
+        begin, phase = overlay.record.raw.moves, overlay.record.operation.phase
+        axis.plot(begin + overlay.time, overlay.difference, color=colours[phase], lw=1.0)
         if overlay.leaves:
             at, by = overlay.leaves
             axis.axvline(begin + at, color=style.WARNING, lw=1.0, label="leaves the tolerance")

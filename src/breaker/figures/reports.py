@@ -110,8 +110,7 @@ def curves(
     for panel in panels:
         records = [estimate.record for estimate in panel.estimates]
         drawn = {estimate.record.operation.phase: estimate for estimate in panel.estimates}
-        keys = {(str(r.operation.file), r.operation.number, r.motion) for r in records}
-        overlays = [e for e in panel.overlays if (e.file, e.operation, e.motion) in keys]
+        overlays = [overlay for overlay in panel.overlays if overlay.record in records]
         for draw in (_travels, _resistances, _signals, _differences):
             figure = _picture(partial(draw, drawn, colours, overlays), panel.title, drawn)
             if figure.axes:
@@ -142,9 +141,10 @@ def _travels(drawn: Mapping, colours: Mapping, overlays: Sequence, axis: Axes) -
     for phase, estimate in drawn.items():
         _channel(axis, estimate, colours[phase])
     for overlay in overlays:  # where the channel's own record would be
-        raw, sign = drawn[overlay.phase].record.raw, 1.0 if overlay.motion == "closing" else -1.0
+        raw, phase = overlay.record.raw, overlay.record.operation.phase
+        sign = 1.0 if overlay.record.motion == "closing" else -1.0
         travel = raw.segment.before + sign * overlay.good
-        look = {"color": colours[overlay.phase], "alpha": 0.3, "lw": 4.0, "zorder": 1}
+        look = {"color": colours[phase], "alpha": 0.3, "lw": 4.0, "zorder": 1}
         axis.plot(overlay.time + raw.moves, travel, label="reference", **look)
     axis.set_ylabel(style.TRAVEL)
 
@@ -177,12 +177,13 @@ def _signals(drawn: Mapping, colours: Mapping, _: Sequence, axis: Axes) -> None:
 def _differences(drawn: Mapping, colours: Mapping, overlays: Sequence, axis: Axes) -> None:
     if not overlays:
         return
-    difference(axis, overlays, colours, {k: e.record.raw.moves for k, e in drawn.items()})
-    for phase in dict.fromkeys(overlay.phase for overlay in overlays):
+    difference(axis, overlays, colours)
+    for phase in dict.fromkeys(overlay.record.operation.phase for overlay in overlays):
         axis.plot([], [], color=colours[phase], label=_name(phase))
     left = [overlay for overlay in overlays if overlay.leaves]
     worst = min(left, key=lambda overlay: overlay.leaves[0]) if left else overlays[0]
-    words = f"{worst.phase}: " * bool(worst.phase and left) + worst.words
+    phase = worst.record.operation.phase
+    words = f"{phase}: " * bool(phase and left) + worst.words
     p.read_title(axis, words, _WIDTH, failed=bool(left))
 
 

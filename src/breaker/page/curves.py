@@ -110,9 +110,8 @@ def drawn(tab: Tab, diagnosis: Diagnosis, files: Files) -> dict:
         ends.append(raw.reading.arrival - zero + _AROUND[1] * duration)
         curves += _own_curves(record, zero)
         curves += _other_channels(record, look_into(files[operation.file]), zero)
-        key = operation.number, record.motion, operation.phase, str(operation.file)
         for overlay, look in laid:
-            if key == (overlay.operation, overlay.motion, overlay.phase, overlay.file):
+            if overlay.record is record:
                 curves.append(_overlay(record, overlay, look, zero))
     phases = [record.operation.phase for record in tab.records]
     colours = colours_of(phases, diagnosis.config["report"]["colours"])
@@ -177,7 +176,7 @@ def _overlay(record: DriveRecord, other: Overlay, look: str, zero: float) -> Cur
     shift = other.time[int((way > half).argmax())] - other.time[int((good > half).argmax())]
     sign = 1.0 if record.motion == "closing" else -1.0
     travel = record.raw.segment.before + sign * other.good
-    name = f"{look}: {printable(other.good_file).rpartition('/')[2]}"
+    name = f"{look}: {printable(other.reference.operation.file).rpartition('/')[2]}"
     time = other.time + record.raw.moves + shift - zero
     return Curve("travel", record.operation.phase, name, time, travel, look)
 
