@@ -17,8 +17,6 @@ from breaker.records.measurements import measure_curve
 from breaker.records.noise import noise_at_rest, noise_remarks, ripple_of
 from tests.raws import raw_of
 
-TIMES = np.linspace(-2.0, 58.0, 151)
-
 
 def rest(rng, count=80, sd=0.1, colour=0.0):
     noise = rng.standard_normal(count)
@@ -27,8 +25,7 @@ def rest(rng, count=80, sd=0.1, colour=0.0):
 
 
 def remarks(x, step=0.1):
-    noise = noise_at_rest(x, step, 0.4, 0.0)
-    return [remark.code for remark in noise_remarks(noise, 0.1, step, TIMES)]
+    return [remark.code for remark in noise_remarks(noise_at_rest(x, 0.0), 0.1, 0.4 / step)]
 
 
 @pytest.mark.parametrize(("step", "count"), [(0.01, 800), (0.1, 20), (1.0, 12)])
@@ -39,16 +36,16 @@ def test_good_records_have_no_remark(step, count):
 
 
 def test_noise_and_its_colour_are_estimated():
-    """To 5 sd of 10,000 samples; the colour at the model's step, four samples on."""
+    """To 5 sd of 10,000 samples, also where some are missing."""
     x = rest(generator(2, "noise"), 10_000, 0.07, 0.8)
-    noise = noise_at_rest(x, 0.1, 0.4, 0.0)
+    noise = noise_at_rest(x, 0.0)
     assert noise.sd == pytest.approx(0.07, rel=0.08)
-    assert noise.next == pytest.approx(0.8, abs=0.04)
+    assert noise.colour == pytest.approx(0.8, abs=0.04)
     x[generator(3, "noise").random(x.size) < 0.3] = np.nan
-    assert noise_at_rest(x, 0.1, 0.4, 0.0).colour == pytest.approx(0.8**4, abs=0.1)
-    counter = noise_at_rest(np.full(80, 0.64), 0.1, 0.4, 0.32)
+    assert noise_at_rest(x, 0.0).colour == pytest.approx(0.8, abs=0.05)
+    counter = noise_at_rest(np.full(80, 0.64), 0.32)
     assert counter.sd == pytest.approx(0.32 / np.sqrt(12.0))
-    assert [remark.code for remark in noise_remarks(counter, 0.05, 0.1, TIMES)] == ["noisier"]
+    assert [remark.code for remark in noise_remarks(counter, 0.05, 4.0)] == ["noisier"]
 
 
 PLANTED = {

@@ -132,7 +132,7 @@ def _fit(estimate: Estimate) -> dict[str, object]:
         "first_motion_sd": raw.reading.start_sd,
         "missing": int(np.isnan(raw.left).sum()),
         "masked": int((raw.doubts[raw.inside] != "").sum()),
-        "noise": raw.noise_at(raw.step).sd,
+        "noise": raw.noise.sd,
         **{name: value for name, value in contact.items() if np.isfinite(value)},
     }
 

@@ -231,8 +231,8 @@ def put_on_grid(record: Record, grid: Grid) -> GriddedRecord:
     except UnusableError as error:
         raise RejectedCurveError(record.operation.file, str(error)) from error
     remarks = *record.remarks_on(grid), *grid_remarks(gridded, time, grid.times)
-    noise = record.noise_at(float(grid.times[1] - grid.times[0]))
-    return GriddedRecord(record, gridded, noise, tuple(filter(None, (record.warning, *remarks))))
+    remarks = tuple(filter(None, (record.warning, *remarks)))
+    return GriddedRecord(record, gridded, record.noise, remarks)
 
 
 def _row(

@@ -255,11 +255,12 @@ class LocatedMotion:
         """Time between two samples, ms."""
         return float(self.time[1] - self.time[0])
 
-    def noise_at(self, grid_step: float) -> Noise:
-        """Return the noise at rest, its colour at the step of a grid, ms."""
+    @cached_property
+    def noise(self) -> Noise:
+        """Noise at rest before the motion."""
         before = self.moves - self.time[self.inside]
         rest = self.left[(before <= REST[0]) & (before >= REST[1])]
-        return noise_at_rest(rest, self.step, grid_step, self.quantum)
+        return noise_at_rest(rest, self.quantum)
 
     @cached_property
     def process(self) -> tuple[float, float]:
@@ -267,8 +268,9 @@ class LocatedMotion:
 
         Of the rest before the motion; of a record without rest, what is white in it.
         """
-        noise = self.noise_at(self.step)
-        sd, colour = noise.process if np.isfinite(noise.sd) else (white_noise(self.left), 0.0)
+        sd, colour = self.noise.process
+        if np.isnan(sd):
+            sd, colour = white_noise(self.left), 0.0
         return max(sd, self.quantum / np.sqrt(12.0)), colour
 
     @cached_property

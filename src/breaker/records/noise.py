@@ -36,63 +36,54 @@ class Noise(NamedTuple):
     """Noise of a record; nan where there is too little rest to see it."""
 
     sd: float  # standard deviation of a sample about the drift, mm
-    colour: float  # correlation of samples that are a step of the model's grid apart
-    next: float  # correlation of neighbouring samples of the file
+    colour: float  # correlation of neighbouring samples
     samples: int  # number of samples at rest
 
     @property
     def process(self) -> tuple[float, float]:
         """Sd of a sample, mm, and correlation with the next; a short rest shows both too small."""
-        if not np.isfinite(self.next):
+        if not np.isfinite(self.colour):
             return self.sd, 0.0
-        colour = self.next + (2.0 + 4.0 * self.next) / self.samples
+        colour = self.colour + (2.0 + 4.0 * self.colour) / self.samples
         colour = float(np.clip(colour, 0.0, _COLOURED))
         seen = 1.0 - 2.0 * (1.0 + colour) / (1.0 - colour) / self.samples
         return self.sd / float(np.sqrt(max(seen, 0.25))), colour
 
 
-def noise_at_rest(rest: np.ndarray, step: float, grid_step: float, quantum: float) -> Noise:
+def noise_at_rest(rest: np.ndarray, quantum: float) -> Noise:
     """Estimate the noise of a record.
 
     Args:
-        rest: Travel before the motion, ``(r,)``, mm; NaN where a sample is missing.
-        step: Time between two samples, ms.
-        grid_step: Time between two samples of the model's grid, ms.
+        rest: Travel before the motion, ``(r,)``, mm, evenly spaced; NaN where a sample is missing.
         quantum: Step to which readings are rounded, mm; its error, ``quantum / sqrt(12)``, is
             there also where rest is too steady to show it.
     """
-    every = max(1, round(grid_step / step))
     there = ~np.isnan(rest)
     count = int(there.sum())
-    if count < max(FEWEST, every + 2):
-        return Noise(np.nan, np.nan, np.nan, count)
-    time = step * np.arange(rest.size)
-    drift, level = np.polyfit(time[there], rest[there], 1)
-    left = np.where(there, rest - level - drift * time, 0.0)
+    if count < FEWEST:
+        return Noise(np.nan, np.nan, count)
+    place = np.arange(rest.size)
+    drift, level = np.polyfit(place[there], rest[there], 1)
+    left = np.where(there, rest - level - drift * place, 0.0)
     sd, rounding = np.sqrt(left @ left / (count - 2)), quantum / np.sqrt(12.0)
     if sd <= max(rounding, 1e-9):
-        return Noise(float(rounding), np.nan, np.nan, count)
-
-    def alike(lag: int) -> float:
-        pairs = max((there[lag:] & there[:-lag]).sum(), 1)
-        return float(left[lag:] @ left[:-lag] / pairs / (left @ left / count))
-
-    return Noise(float(sd), alike(every), alike(1), count)
+        return Noise(float(rounding), np.nan, count)
+    pairs = max((there[1:] & there[:-1]).sum(), 1)
+    return Noise(float(sd), float(left[1:] @ left[:-1] / pairs / (left @ left / count)), count)
 
 
-def noise_remarks(noise: Noise, noise_sd: float, step: float, times: np.ndarray) -> list[Remark]:
+def noise_remarks(noise: Noise, noise_sd: float, every: float) -> list[Remark]:
     """Say where noise is not what a model takes for granted.
 
     Args:
         noise: Of the record.
         noise_sd: The model's, mm.
-        step: Time between two samples of the record, ms.
-        times: The model's grid, ``(t,)``, ms.
+        every: Step of the model's grid in steps of the record.
     """
     if np.isnan(noise.sd):
         return [Remark("few-at-rest")]
-    near = float(np.clip(np.nan_to_num(noise.next), 0.0, _COLOURED))
-    sds, memory, remarks = normal_sds(1), step / (1.0 - near), []
+    near = float(np.clip(np.nan_to_num(noise.colour), 0.0, _COLOURED))
+    sds, remarks = normal_sds(1), []
     size = {"noise": in_digits(noise.sd, 2), "noise_sd": noise_sd}
     # Of a first-order process: where neighbours are alike, as many samples know less.
     free = max(noise.samples * (1.0 - near**2) / (1.0 + near**2) - 1.0, 1.0)
@@ -101,11 +92,9 @@ def noise_remarks(noise: Noise, noise_sd: float, step: float, times: np.ndarray)
         remarks.append(Remark("noisier", **size))
     if 0.0 < noise.sd < noise_sd * min(_RATIOS[0], 1.0 - chance):
         remarks.append(Remark("calmer", **size))
-    # A mean over the memory makes neighbouring samples as alike as they are.
-    smooth = near > max(1.0 - _ALIKE, sds / np.sqrt(noise.samples))
-    if (smooth and memory > times[1] - times[0]) or noise.colour > max(_ALIKE, sds / np.sqrt(free)):
-        about = {"memory": in_digits(memory, 2), "colour": noise.colour}
-        remarks.append(Remark("coloured", **about))
+    colour = near ** max(every, 1.0)  # of a first-order process, at a step of the grid
+    if colour > _ALIKE and near > sds / np.sqrt(noise.samples):
+        remarks.append(Remark("coloured", colour=colour))
     return remarks
 
 

@@ -88,8 +88,8 @@ class Record(LocatedMotion):
             shown = in_digits(self.first_motion_sd, 2)
             remarks.append(Remark("onset-vague", sd=shown, assumed=grid.onset_sd))
         if grid and grid.noise_sd is not None:
-            noise = self.noise_at(float(grid.times[1] - grid.times[0]))
-            remarks += noise_remarks(noise, grid.noise_sd, self.step, grid.times)
+            every = float(grid.times[1] - grid.times[0]) / self.step
+            remarks += noise_remarks(self.noise, grid.noise_sd, every)
         return [remark for remark in remarks if remark]
 
     def measured(

@@ -42,8 +42,8 @@ TEXTS = {
     "it, or the parameters are less certain than inferred",
     "calmer": "the noise at rest is {noise} mm, far less than sensor.noise_sd, {noise_sd:g} mm: "
     "lower it for the workflow; no command on records uses it",
-    "coloured": "the noise at rest is correlated over {memory} ms, and at a step of the grid by "
-    "{colour:.2f}: record without a filter, or raise sensor.noise_sd",
+    "coloured": "the noise at rest is correlated by {colour:.2f} at a step of the grid: record "
+    "without a filter, or raise sensor.noise_sd",
     "uneven": "the times are off even steps of {step} ms by up to {off} ms",
     "begins-late": "the record begins {late} ms after the grid",
     "ends-early": "the motion ends {early} ms before the grid, at {at} ms",
