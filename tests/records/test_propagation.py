@@ -5,7 +5,7 @@ import pytest
 from scipy.signal import lfilter
 
 from breaker.records.noise import running_median
-from breaker.records.propagation import Trace, Uncertain, settling
+from breaker.records.propagation import Trace, Uncertain
 
 TIME = np.arange(0.0, 60.0, 0.1)
 CURVE = 7.0 * (1.0 + np.tanh((TIME - 30.0) / 4.0))
@@ -67,35 +67,6 @@ def test_rounding_of_a_rest_does_not_average_out():
     assert coarse.sd(coarse.rest(0.0, 10.0)) > 0.08
     noisy = trace_of(CURVE, noise=0.4, quantum=0.3)
     assert noisy.sd(noisy.rest(0.0, 10.0)) < 0.05
-
-
-# ---- ends of curves, carried on to where they rest ---------------------------------------------
-
-ENDS = np.arange(0.0, 40.0, 0.1)
-SWINGS = np.exp(-0.08 * ENDS) * np.cos(0.2 * ENDS + 0.5)
-CREEPS = np.exp(-0.05 * ENDS) + 0.5 * np.exp(-0.15 * ENDS)
-DECAYS = np.exp(-0.07 * ENDS)
-
-
-@pytest.mark.parametrize(("shape", "modes"), [(SWINGS, 2), (CREEPS, 2), (DECAYS, 1)])
-def test_exact_ends(shape, modes):
-    result = settling(ENDS, 13.0 + 1.3 * shape, modes)
-    assert result.rest == pytest.approx(13.0, abs=2e-3)
-    assert result.weights.sum() == pytest.approx(1.0, abs=1e-6)
-
-
-def test_the_rest_is_as_uncertain_as_its_weights_say():
-    """Mean square of 300 errors over the stated one: sd 8 %, so 1.35 is 4 sd."""
-    rng, errors = np.random.default_rng(1), []
-    for _ in range(300):
-        result = settling(ENDS, SWINGS + 0.03 * rng.standard_normal(ENDS.size), 2)
-        errors.append(result.rest / (0.03 * np.linalg.norm(result.weights)))
-    assert 0.7 < np.mean(np.square(errors)) < 1.35
-
-
-@pytest.mark.parametrize("curve", [ENDS, ENDS**2, np.exp(0.05 * ENDS)])
-def test_curves_that_do_not_settle(curve):
-    assert settling(ENDS, curve, 2) is settling(ENDS, curve, 1) is None
 
 
 @pytest.mark.parametrize(("count", "window"), [(1, 3), (7, 5), (7, 21), (3000, 201)])

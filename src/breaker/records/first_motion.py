@@ -29,18 +29,15 @@ _ON = 2.25  # times that rise: at even force half as late again
 _APART = 10  # samples, least time between the two; if not, both are higher,
 _HIGHER, _HIGHEST = 1.25, 0.4  # times as high, up to so much of the way
 _REST = 8  # times as long as from the one to the other, back to where the fit begins
-_HIGHER_RISES = 0.25, 0.15  # of the way, of two other fits
 _POWERS = np.array([1.0, 1.25, 1.5, 1.85, 2.25, 2.8, 3.4, 4.0])  # of an interval, and those
 _GRADUAL = np.array([1.6, 1.85, 2.1, 2.4, 2.8, 3.3, 4.0])  # of an even force, or one that builds up
 _USUAL, _SPREAD = 1.85, 0.15  # their prior: Student's t with 3 degrees of freedom
 _FLAT = 1e-3  # of the way, least noise of such a rise: no drive begins with a power exactly
-_MOST_COLOUR = 0.5  # correlation of neighbours that counts; a counter's steps are more correlated
 _STARTS = 45  # tried at first, and as many again between the likely ones
 _UNLIKELY = 1e-4  # times the greatest likelihood
 _MEANS = 80  # of neighbouring samples that are fitted; more give the same coverage
 _VAGUE = 0.25  # of the time of a rise: its gap or the uncertainty of its start at most
 _BEFORE = 0.1  # of that time, least rest before it
-_QUIET = 3.5  # spreads from the rest, at which the motion before still goes on
 _CREEPS = np.array([0.06, 0.12, 0.25, 0.5, 1.0, 2.0])  # durations of the motion
 _CREEP_WAY = (0.004, 0.03)  # of the stroke: less is not counted as motion
 _CREEP_ENDS = np.linspace(0.6, 1.4, 5)  # later or earlier, by the shape of the creep
@@ -99,21 +96,14 @@ class _Rise:
         there = first + np.flatnonzero(~np.isnan(self.travel[first : last + 1]))
         if there.size < FEWEST:
             raise UnusableError("the first motion is not seen: its samples are missing")
-        off = self.travel[there] - self.smooth[there]
-        rho = off[1:] @ off[:-1] / max(off @ off, np.finfo(float).tiny)
-        rho = float(np.clip(rho, 0.0, _MOST_COLOUR))
         every = -(-there.size // _MEANS)
         there = there[there.size % every :].reshape(-1, every)  # to the end, where the rise is
         time, travel = (values[there].mean(axis=1) for values in (self.time, self.travel))
-        variance = max(self.noise, least) ** 2 * (1.0 + rho) / (1.0 - rho) / every
-        return time, travel - travel.mean(), variance
+        return time, travel - travel.mean(), max(self.noise, least) ** 2 / every
 
 
 def first_motion(time: np.ndarray, travel: np.ndarray, motion: str) -> tuple[float, float]:
     """Return the time of the first motion and the standard deviation of its fit, ms.
-
-    Where a linkage ripples, a low rise alone begins too early or too late by a share of the ripple:
-    two higher ones are fitted as well, and where the three disagree the middle one counts.
 
     Args:
         time: Times of a record, ``(t,)``, ms, evenly spaced.
@@ -124,22 +114,14 @@ def first_motion(time: np.ndarray, travel: np.ndarray, motion: str) -> tuple[flo
         UnusableError: If the travel stays within its noise, has left its rest position when the
             record begins, or samples are missing or noisy where the start must be.
     """
-    rise, candidates = _Rise(time, travel, motion), []
-    for last, on in (rise.clear(1), *(rise.below(share) for share in _HIGHER_RISES)):
-        first = max(0, last - _REST * max(2, on - last))
-        start, sd = _start(*rise.part(first, last, _FLAT * rise.way))
-        if not candidates:
-            lasts = time[last] - start
-            _check(rise, first, last, start)
-            if sd > _VAGUE * lasts:
-                raise UnusableError(
-                    f"the first motion is not seen: its time is uncertain by {sd:.1f} ms"
-                )
-        candidates.append((start, sd))
-        if len(candidates) > 1 and abs(start - candidates[0][0]) <= _VAGUE * lasts:
-            return candidates[0]
-    start, sd = sorted(candidates)[1]
-    return start, float(np.hypot(sd, 0.5 * abs(start - candidates[0][0])))
+    rise = _Rise(time, travel, motion)
+    last, on = rise.clear(1)
+    first = max(0, last - _REST * max(2, on - last))
+    start, sd = _start(*rise.part(first, last, _FLAT * rise.way))
+    _check(rise, first, last, start)
+    if sd > _VAGUE * (time[last] - start):
+        raise UnusableError(f"the first motion is not seen: its time is uncertain by {sd:.1f} ms")
+    return start, sd
 
 
 def _check(rise: _Rise, first: int, last: int, start: float) -> None:
@@ -234,12 +216,8 @@ def start_interval(time: np.ndarray, travel: np.ndarray, motion: str) -> StartIn
 def _lowest(rise: _Rise) -> tuple[np.ndarray, np.ndarray, float]:
     """``part`` of the rest and of the lowest rise above its noise."""
     (last, _), time = rise.clear(0), rise.time
-    first = int(np.searchsorted(time, time[last] - (_CREEPS[-1] + 1.5) * rise.duration))
-    # Another motion may end in the rest; hum stays within this.
-    far = max(_QUIET * rise.spread, 3.0 * rise.noise)
-    off = np.abs(rise.smooth[time < time[last] - rise.duration] - rise.low)
-    apart = np.flatnonzero(off > far)
-    return rise.part(max(first, int(apart[-1]) + 1 if apart.size else 0), last)
+    first = np.searchsorted(time, time[last] - (_CREEPS[-1] + 1.5) * rise.duration)
+    return rise.part(int(first), last)
 
 
 def _explained(

@@ -33,14 +33,14 @@ _SEEN = 3.0  # sd, from which on a drift, a swing or a distance beyond a rest is
 _VAGUE = 0.4  # durations, uncertainty of the first motion that hides a change of a latch
 _BEFORE = (5.0, 0.05)  # times the motion's duration, the rest before it: from, to
 _AFTER = 8.0  # times that, farthest rest after it,
-_LAST = 1 / 3  # of which this share counts
-_TAIL = 0.7  # share of the time after the arrival in which a rest that moves is looked at
+_LATE = 0.6  # share of the time after the arrival that counts
 _PARTS = 4  # of the rest after a motion, whose means are compared
-_DRIFTS = 0.6  # times the way that a drift goes on, its error
-_LATE = 0.6  # share of the time after the arrival in which it is looked for
+_DRIFTS = 0.8  # times the way that a drift goes on, its error
 _CALMS = 2.0  # times the duration, for which a drive may swing
-_CREEPS, _HIDES = 2.0, 0.5  # times the way in the last rest, its error: of motion, of noise
-_FITTED = 0.2  # of a swing, the error of the rest about which it does, where that is fitted
+# What still moves in the last rest is a geometric series of its parts, of a ratio in these bounds.
+_RATIO = -0.3, 0.8
+# Error of a rest, chosen by the coverage of simulated strokes (studies.measuring, studies.exports):
+_CARRIED, _MOVED, _HIDES = 0.5, 0.3, 0.7  # of what is carried on, of the way in it, of noise's
 _UNSEEN, _FADES = 0.12, 2.2  # strokes of a swing that turns there, and how fast it fades, durations
 # Share of its speed that a drive loses at once where it picks the contact up, and its sd: none if
 # the contact is elastic, a third where it is half as heavy as the drive and rigid.
@@ -97,7 +97,7 @@ def measure_curve(
         >>> measured["closing_speed"].reason
         'no contact timing: the time of touch or separation is not known'
     """
-    quantum, step = seen_quantum(travel), float(time[-1] - time[0]) / (time.size - 1)
+    quantum, step = seen_quantum(travel), float(time[1] - time[0])
     doubts = doubtful_samples(travel, step, quantum)
     left = np.where(doubts == "", travel, np.nan)
     segment = find_segment(time, left, motion)
@@ -198,38 +198,44 @@ class Reading:
         trace, end = self.trace, self._end
         if math.isfinite(self.ends[1]) or (self.clipped.size and self.clipped[-1] > end):
             raise NotShownError(f"{_CLIPPED} after the motion")
-        begin = self._late(_LAST, _PARTS * FEW + 2.0)
-        parts = trace.parts(begin, end, _PARTS)
-        after = (end - self.arrival) / self.duration
+        parts, after = self._parts, (end - self.arrival) / self.duration
         if not parts or after < _SOON:
             raise NotShownError("the record ends before the drive rests")
         error = _DRIFTS * self._drift * (end - self.located.moves)
         error += _UNSEEN * self.located.segment.stroke * math.exp(-_FADES * after)
-        way = float(np.ptp([part.value for part in parts]))
-        swings = max(0.0, way - _SEEN * trace.sd(parts[-1] - parts[0]))
-        rest = trace.settles(self._late(_TAIL), end, self.arrival)
-        if rest is not None:
-            return rest + error_of(0.0, error + _FITTED * swings)
-        if swings:
-            return parts[-1] + error_of(0.0, math.hypot(error, _CREEPS * way))
-        return trace.rest(begin, end) + error_of(0.0, math.hypot(error, _HIDES * way))
+        means = [part.value for part in parts]
+        way = float(np.ptp(means))
+        if way < _SEEN * trace.sd(parts[-1] - parts[0]):
+            rest = trace.rest(self._late, end)
+            return rest + error_of(0.0, math.hypot(error, _HIDES * way))
+        before, last = np.diff(means)[-2:]
+        ratio = float(np.clip(last / before, *_RATIO)) if before else 0.0
+        on = (parts[-1] - parts[-2]) * (ratio / (1.0 - ratio))
+        error = math.hypot(error, _CARRIED * abs(on.value) + _MOVED * way)
+        return parts[-1] + on + error_of(0.0, error)
 
-    def _late(self, share: float, samples: float = 0.0) -> float:
-        """Return when a last share of the time after the arrival begins, ms, or so many samples."""
-        return self._end - max(share * (self._end - self.arrival), samples * self.trace.step)
+    @property
+    def _late(self) -> float:
+        """When the time late after the motion begins, ms, which has enough samples for parts."""
+        samples = (_PARTS * FEW + 2.0) * self.trace.step
+        return self._end - max(_LATE * (self._end - self.arrival), samples)
+
+    @cached_property
+    def _parts(self) -> list[Uncertain]:
+        """Means of the parts of that time."""
+        return self.trace.parts(self._late, self._end, _PARTS)
 
     @cached_property
     def _drift(self) -> float:
         """How fast the reading is seen to drift late after the motion, mm/ms."""
-        begin = self._late(_LATE)
-        if self._end - self.arrival < _CALMS * self.duration:
+        parts = self._parts
+        if self._end - self.arrival < _CALMS * self.duration or not parts:
             return 0.0  # it may swing
-        parts = self.trace.parts(begin, self._end, _PARTS)
         ways = np.diff([part.value for part in parts])
-        steady = parts and ((ways > 0.0).all() or (ways < 0.0).all())
+        steady = (ways > 0.0).all() or (ways < 0.0).all()
         if not steady or abs(ways.sum()) < _SEEN * self.trace.sd(parts[-1] - parts[0]):
             return 0.0
-        return abs(float(ways.sum())) / (self._end - begin) * _PARTS / (_PARTS - 1)
+        return abs(float(ways.sum())) / (self._end - self._late) * _PARTS / (_PARTS - 1)
 
     def stroke(self) -> Uncertain:
         """Return the distance between the rests, mm."""

@@ -9,12 +9,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import count, pairwise
-from typing import NamedTuple
 
 import numpy as np
 
 from breaker.records.noise import filled, running_mean
-from breaker.records.rejections import FEWEST, NotShownError
+from breaker.records.rejections import NotShownError
 
 FEW = 6
 """Samples of a local fit, two more than its numbers, and of the mean of a rest."""
@@ -23,16 +22,8 @@ FEW = 6
 # as long as the motion, is a third of the noise's.
 _WIDTH, _BEND = 11.0, 0.02
 _MEMORY = 1e-4  # correlation of samples that counts as none
-# A creep that noise hides: its sd at the arrival in strokes, how long it may last, durations of the
-# motion, and its probability before it is seen.
-_CREEP, _LASTS, _HIDDEN = 0.03, (1.0, 2.0, 4.0), 0.06
-_VAGUE = 0.01  # strokes, the sd of a rest that is too uncertain
 _SLIP = 0.7  # times a slip, its error: any part of it may be travel
 _NUMBERS = count()  # of errors
-_BLOCKS = 64  # means of neighbouring samples that are fitted
-_ROUNDS = 5
-_FARTHEST = 5.0  # change of a rate in a round
-_CONDITION = 1e3  # of a fit whose end is known
 
 
 @dataclass(eq=False)
@@ -71,118 +62,6 @@ class LocalCubic:
             step = (self.value(time, order) - value) / slope if slope else 0.0
             time = min(max(time - step, self.near - self.half), self.near + self.half)
         return time
-
-
-class Settling(NamedTuple):
-    """End of a curve, carried on."""
-
-    rest: float  # where it comes to rest, mm
-    weights: np.ndarray  # of the samples in that, (n,)
-    time: np.ndarray  # means of neighbouring samples that are fitted, (m,), ms
-    travel: np.ndarray  # the same, mm
-    known: np.ndarray  # what is fitted to these, (m, p): constant, modes, slopes by their rates
-    pull: np.ndarray  # weights of these means in the rest, (m,)
-
-
-def settling(time: np.ndarray, travel: np.ndarray, modes: int) -> Settling | None:
-    """Fit the end of a curve; None where it does not show where it settles.
-
-    One mode is left late in a motion, ``y = e + a C(x) + b S(x)``, a damped swing or the sum of two
-    decays, of which the faster may be over. First its damping and stiffness follow from the
-    integrals of ``y'' + r y' + s (y - e) = 0``, which are linear in them and average the noise;
-    then all numbers are fitted by Gauss-Newton.
-
-    Args:
-        time: Times, ``(n,)``, ms, increasing.
-        travel: Travel, ``(n,)``, mm; no sample missing.
-        modes: 2; 1 for a slower decay alone.
-    """
-    every = max(1, time.size // _BLOCKS)
-    skipped = time.size % every
-    time, y = (item[skipped:].reshape(-1, every).mean(axis=1) for item in (time, travel))
-    if y.size < 2:
-        return None
-    x = (time - time[0]) / (time[-1] - time[0])
-    once = _integral(x, y)
-    integrals = [once, _integral(x, once)][:modes]
-    known = np.column_stack(
-        [x**i for i in range(modes + 1)] + [-integral for integral in integrals]
-    )
-    rates = np.linalg.lstsq(known, y, rcond=None)[0][modes + 1 :]  # r, and s
-    linear = None
-    for _ in range(_ROUNDS):
-        if not (rates > 0).all():
-            return None
-        basis, slopes = _solutions(x, rates)
-        if linear is None:
-            linear = np.linalg.lstsq(basis, y, rcond=None)[0]
-        jacobian = np.column_stack([basis, *(slope @ linear[1:] for slope in slopes)])
-        scale = np.linalg.norm(jacobian, axis=0)
-        if not (scale > 0).all():
-            return None
-        root = np.linalg.svd(jacobian / scale, full_matrices=False)
-        if not root.S[0] < _CONDITION * root.S[-1]:
-            return None
-        inverse = (root.Vh.T / root.S) @ root.U.T / scale[:, None]
-        step = inverse @ (y - basis @ linear)
-        linear = linear + step[: modes + 1]
-        rates = rates + np.clip(step[modes + 1 :], -_FARTHEST, _FARTHEST)
-    weights = np.append(np.zeros(skipped), np.repeat(inverse[0], every) / every)
-    return Settling(float(linear[0]), weights, time, y, jacobian, inverse[0])
-
-
-def hidden_mode(
-    fit: Settling, modes: np.ndarray, *, variance: float, size: float, share: float
-) -> float:
-    """Return the error of a fit's rest from a mode that it lacks, mm: what noise may hide.
-
-    Each mode has the probability that travel gives it (evidence of a linear model), and with it
-    an amplitude and its error. The root mean square of what these do to the rest is returned.
-
-    Args:
-        fit: The fit.
-        modes: One of them may be there, ``(c, m)``; they end at 0.
-        variance: Of the noise of each mean, mm^2.
-        size: Sd of the amplitude of a mode, before it is seen, mm.
-        share: Probability that there is one, before it is seen.
-    """
-    basis, y = np.linalg.qr(fit.known)[0], fit.travel
-    left, others = y - basis @ (basis.T @ y), modes - (modes @ basis) @ basis.T
-    precision = (others**2).sum(axis=1) / variance + size**-2.0
-    sizes = others @ left / variance / precision
-    evidence = 0.5 * (sizes**2 * precision - np.log(size**2 * precision))
-    evidence = np.append(evidence + np.log(share / len(modes)), np.log1p(-share))
-    weights = np.exp(evidence - evidence.max())
-    moves = (modes @ fit.pull) ** 2 * (sizes**2 + 1.0 / precision)
-    return float(np.sqrt(weights[:-1] @ moves / weights.sum()))
-
-
-def _integral(x: np.ndarray, y: np.ndarray) -> np.ndarray:
-    """Integral of samples from the first on, by trapezia, ``(n,)``."""
-    return np.append(0.0, np.cumsum(0.5 * (y[1:] + y[:-1]) * np.diff(x)))
-
-
-def _solutions(x: np.ndarray, rates: np.ndarray) -> tuple[np.ndarray, list[np.ndarray]]:
-    """Constant and the solutions of ``y'' + r y' + s y = 0``, or of ``y' + r y = 0``.
-
-    Returns:
-        Constant and solutions, ``(n, order + 1)``; and derivatives of these by each rate,
-        ``(n, order)``.
-    """
-    if rates.size == 1:
-        decay = np.exp(-rates[0] * x)
-        return np.column_stack([np.ones(x.size), decay]), [-(x * decay)[:, None]]
-    r, s = rates
-    square = s - r**2 / 4.0
-    square = square if abs(square) > 1e-6 else 1e-6
-    frequency = np.sqrt(complex(square))
-    decay = np.exp(-0.5 * r * x)
-    cosine = decay * np.cos(frequency * x).real
-    sine = decay * (np.sin(frequency * x) / frequency).real
-    both = np.column_stack([cosine, sine])
-    by_s = np.column_stack([-0.5 * x * sine, (x * cosine - sine) / (2.0 * square)])
-    by_r = -0.5 * x[:, None] * both - 0.5 * r * by_s
-    return np.column_stack([np.ones(x.size), both]), [by_r, by_s]
 
 
 @dataclass(frozen=True, eq=False)
@@ -238,7 +117,7 @@ class Trace:
     def __post_init__(self) -> None:
         self._there = ~np.isnan(self.travel)
         self.known = self.time[self._there]
-        self.step = float(self.time[-1] - self.time[0]) / (self.time.size - 1)
+        self.step = float(self.time[1] - self.time[0])
         # Factor by which colour makes the variance of a mean of many samples larger.
         self.alike = (1.0 + self.colour) / (1.0 - self.colour)
 
@@ -284,31 +163,6 @@ class Trace:
         if min(self._window(*part).size for part in pairwise(marks)) < FEW:
             return []
         return [self.rest(*part) for part in pairwise(marks)]
-
-    def settles(self, begin: float, end: float, arrival: float) -> Uncertain | None:
-        """Return where travel that still moves between two times comes to rest, None if unseen.
-
-        Its error has that of a creep that noise may hide; the opening strokes of `breaker example`
-        would be 5 of their sds below the closing ones without it.
-
-        Args:
-            begin, end: Those times, ms.
-            arrival: When the drive arrived, ms.
-        """
-        window = self._window(begin, end)
-        if window.size < FEWEST:
-            return None
-        fits = (settling(self.time[window], self.travel[window], modes) for modes in (2, 1))
-        fitted = next((fit for fit in fits if fit is not None), None)
-        if fitted is None:
-            return None
-        late = (fitted.time - arrival) / self.duration
-        creeps = np.exp(-late / np.array(_LASTS)[:, None])
-        variance = max(self.alike * self.noise**2 * fitted.time.size / window.size, 1e-12)
-        about = {"variance": variance, "size": _CREEP * self.stroke, "share": _HIDDEN}
-        error = math.hypot(self._rounding(), hidden_mode(fitted, creeps, **about))
-        rest = self._of(fitted.rest, window, fitted.weights) + error_of(0.0, error)
-        return rest if self.sd(rest) <= _VAGUE * self.stroke else None
 
     def at(self, time: Uncertain) -> Uncertain:
         """Return the travel at a time."""
