@@ -155,7 +155,6 @@ def _start(time: np.ndarray, travel: np.ndarray, variance: float) -> tuple[float
 class StartInterval(NamedTuple):
     """When a drive begins to move."""
 
-    time: float  # mean of the possible times, ms
     early: float  # ends of an interval that contains it with 95 %, ms
     late: float
     duration: float  # about how long the motion takes, ms
@@ -208,9 +207,8 @@ def start_interval(time: np.ndarray, travel: np.ndarray, motion: str) -> StartIn
     order = np.argsort(starts)
     share = np.cumsum(weights[order]) / weights.sum()
     early, late = starts[order][np.searchsorted(share, (0.025, 0.975))]
-    mean = float(weights @ starts / weights.sum())
     apart = step + 0.5 * float(time[1] - time[0])  # of starts, and of samples
-    return StartInterval(mean, float(early) - apart, float(late) + apart, rise.duration)
+    return StartInterval(float(early) - apart, float(late) + apart, rise.duration)
 
 
 def _lowest(rise: _Rise) -> tuple[np.ndarray, np.ndarray, float]:

@@ -36,12 +36,11 @@ _AFTER = 8.0  # times that, farthest rest after it,
 _LATE = 0.6  # share of the time after the arrival that counts
 _PARTS = 4  # of the rest after a motion, whose means are compared
 _DRIFTS = 0.8  # times the way that a drift goes on, its error
-_CALMS = 2.0  # times the duration, for which a drive may swing
 # What still moves in the last rest is a geometric series of its parts, of a ratio in these bounds.
 _RATIO = -0.3, 0.8
 # Error of a rest, chosen by the coverage of simulated strokes (studies.measuring, studies.exports):
 _CARRIED, _MOVED, _HIDES = 0.5, 0.3, 0.7  # of what is carried on, of the way in it, of noise's
-_UNSEEN, _FADES = 0.12, 2.2  # strokes of a swing that turns there, and how fast it fades, durations
+_UNSEEN, _FADES = 0.04, 2.2  # strokes of a swing that turns there, and how fast it fades, durations
 # Share of its speed that a drive loses at once where it picks the contact up, and its sd: none if
 # the contact is elastic, a third where it is half as heavy as the drive and rigid.
 _PICKED_UP = 0.1, 0.2
@@ -229,8 +228,8 @@ class Reading:
     def _drift(self) -> float:
         """How fast the reading is seen to drift late after the motion, mm/ms."""
         parts = self._parts
-        if self._end - self.arrival < _CALMS * self.duration or not parts:
-            return 0.0  # it may swing
+        if not parts:
+            return 0.0
         ways = np.diff([part.value for part in parts])
         steady = (ways > 0.0).all() or (ways < 0.0).all()
         if not steady or abs(ways.sum()) < _SEEN * self.trace.sd(parts[-1] - parts[0]):
@@ -263,7 +262,7 @@ class Reading:
             return start_interval(located.time[located.inside], located.left, located.motion)
         except UnusableError:
             ends = float(self.trace.time[0]), self.arrival
-            return StartInterval(located.moves, *ends, self.duration)
+            return StartInterval(*ends, self.duration)
 
     @property
     def start_hidden(self) -> str:
@@ -283,13 +282,10 @@ class Reading:
 
     @cached_property
     def _first_motion(self) -> Uncertain:
-        """Time of the first motion, ms: that of the rise, if the drive may begin to move then."""
+        """Time of the first motion, ms."""
         if self.start_hidden:
             raise NotShownError(self.start_hidden)
-        start, moves = self.start, self.located.moves
-        if start.early <= moves <= start.late:
-            return error_of(moves, self.start_sd)
-        return error_of(start.time, max(start.sd_of(start.time), self.located.first_motion_sd))
+        return error_of(self.located.moves, self.start_sd)
 
     # ---- events ------------------------------------------------------------------------------
 
