@@ -249,23 +249,19 @@ def _main(
     """
     made = signal.time >= counted if signal.closing else signal.time <= counted
     made &= (signal.share >= signal.least) & ~np.isnan(logs)
-    logs, high, middle = logs[made], np.nan, low + 1.0
-    for _ in logs:  # medians of two groups, first more and less than an e-fold above the lower
-        upper = logs > middle
-        if upper.all() or not upper.any():
-            return np.nan, np.nan, np.nan
-        low, high = float(np.median(logs[~upper])), float(np.median(logs[upper]))
-        if middle == 0.5 * (low + high):
-            break
-        middle = 0.5 * (low + high)
+    logs = logs[made]
+    upper = logs > low + 1.0
+    if upper.all() or not upper.any():
+        return np.nan, np.nan, np.nan
+    low, high = float(np.median(logs[~upper])), float(np.median(logs[upper]))
+    middle = 0.5 * (low + high)
     if not high > low + 1.0:  # a sliding contact wears as much
         return np.nan, np.nan, high
     # The resistance of an arcing contact rises while it slides: its least one follows the step.
     top = np.exp(max(low + 1.0, np.quantile(logs[logs > middle], 0.1)))
     own = signal._replace(time=signal.time[made], share=(top - np.exp(logs)) / (top - np.exp(low)))
     crossings = own.edges(0.5)
-    apart = np.abs(counted - crossings[:1])
-    if not (apart > max(_LASTS, *2.0 * np.diff(own.time[:2]))).any():
+    if not crossings.size:
         return np.nan, np.nan, high
     at, spread = float(crossings[0]), float(np.ptp(crossings))
     # The main contact is apart once hardly any of the current flows through it.
