@@ -111,7 +111,6 @@ def no_doubts(travel, *_):
 SEE_SPIKES = {
     "doubtful_samples": no_doubts,
     "noise_remarks": lambda *_: [],
-    "unsteady_remark": lambda *_: "",
 }
 
 

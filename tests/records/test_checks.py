@@ -15,8 +15,6 @@ from breaker.records.checks import (
     doubts_in_words,
     ends_of_range,
     of_no_drive,
-    repeats_remark,
-    unsteady_remark,
 )
 from breaker.records.measurements import measure_curve
 from breaker.records.motion import find_segment
@@ -78,8 +76,8 @@ def test_no_sample_is_masked_between_which_others_were_interpolated(prior, motio
 
 @pytest.mark.parametrize("motion", MOTIONS)
 def test_good_records_have_no_remark(prior, motion):
-    # Hum is tried twice at 1.25e-4, a repeat once: of 100 records 2 have a remark at 7e-4.
-    assert sum(bool(codes(reading, motion)) for reading in records(prior, motion)) <= 1
+    # Hum is tried twice at 1.25e-4: of 100 records 2 have a remark at 3e-4.
+    assert sum(bool(codes(reading)) for reading in records(prior, motion)) <= 1
 
 
 def test_what_is_no_record_is_no_error():
@@ -243,24 +241,17 @@ def test_a_motion_of_no_drive_is_named(stroke, lasts):
 
 def records(prior, motion, count=100):
     """Yield travels with white noise of 0.05 mm, in steps of 0.01 mm."""
-    rng = generator(3, "unsteady", motion)
+    rng = generator(3, "records", motion)
     for curve in travel(prior.sample(count, rng), TIME, motion, onset=MOVES).travel:
         yield np.round(curve + 0.05 * rng.standard_normal(TIME.size), 2)
 
 
-def codes(reading, motion):
-    segment = find_segment(TIME, reading, motion)
+def codes(reading):
     remarks = {
         "hum": hum_of(TIME, reading, MOVES)[0],
         "range-ends": np.isfinite(ends_of_range(TIME, reading, MOVES)).any(),
-        "repeats": repeats_remark(TIME, reading),
-        "unsteady": unsteady_remark(TIME, reading, MOVES, segment),
     }
     return {code for code, shown in remarks.items() if shown}
-
-
-def bump(at):
-    return np.exp(-(((TIME - at) / 2.0) ** 2))
 
 
 def cut_at_rest(reading):
@@ -275,12 +266,8 @@ def cut_at_rest(reading):
     [
         ("hum", lambda x: x + 0.5 * np.sin(0.1 * np.pi * TIME + 1.0)),
         ("hum", lambda x: x + 0.5 * np.cos(0.12 * np.pi * TIME)),
-        ("unsteady", lambda x: x + 0.4 * bump(4.0)),
-        ("unsteady", lambda x: x + 1.5 * bump(66.0)),
-        ("repeats", lambda x: np.insert(x, 150, x[120:150])[: x.size]),
-        ("repeats", lambda x: np.where((TIME > 60.0) & (TIME < 64.0), x[600], x)),
         ("range-ends", cut_at_rest),
     ],
 )
 def test_planted_faults_have_a_remark(prior, motion, code, change):
-    assert all(code in codes(change(reading), motion) for reading in records(prior, motion, 5))
+    assert all(code in codes(change(reading)) for reading in records(prior, motion, 5))

@@ -4,8 +4,8 @@ Each check compares one statistic with its distribution under white noise, of th
 standard deviation, at the rate ``FALSE``; other limits are physical. Each is kept because damaged
 files of ``studies.faults`` would be wrong in silence without it: of 684 accepted ones (seed 11) 49
 without *spike*, 38 without *jump* and *slip*, 4 without *open-rest-off*, 2 without *clipped*; of
-160 of one kind (seed 90210) 10 without *hum*, 5 without *repeats* and *range-ends*, 20 without
-*unsteady*; of 52 with a burst 2 without *disturbed*.
+120 of one kind (seed 33) 5 without *hum*, 2 without *range-ends*; of 52 with a burst 2 without
+*disturbed*.
 """
 
 from collections.abc import Mapping
@@ -18,14 +18,12 @@ from breaker.common.numerals import in_digits
 from breaker.records.motion import Segment
 from breaker.records.noise import (
     OF_SECOND,
-    REST,
     filled,
-    running_mean,
     running_median,
     smoothed,
     white_noise,
 )
-from breaker.records.rejections import FALSE, FEWEST, MATTERS, Remark, UnusableError, normal_sds
+from breaker.records.rejections import FEWEST, MATTERS, Remark, UnusableError, normal_sds
 from breaker.records.settings import TO_MM
 
 STROKES = (2.0, 300.0)
@@ -40,11 +38,8 @@ _LINE = 5  # samples of a line through samples beside a place
 _DISTURBED = 0.02, 5.0  # strokes and usual noises: in more noise no sample shows the travel
 _FAR = 0.15  # strokes from zero at which the open breaker is not that of the settings
 _SLIPS = 0.05  # of the stroke: a mount that slips by more holds no sensor
-_ENDS, _MOST = 50, 64  # samples at either end, and of a stretch that is compared at most
 _AT_END = 0.25  # of a rest, samples at the end of a range; noise of five steps has 0.07 there
 _NOISY = 5  # values of a rest in noise that no step of the reading hides at another rest
-_UNSTEADY = 0.01  # strokes, by which a rest moves; of 200 good records of the study 0.006 at most
-_RANGE = 0.5  # strokes, by which no drive swings beyond its rest
 _BEGUN = 0.1  # of the way, from which a motion is under way: twice a slip
 
 
@@ -268,56 +263,6 @@ def ends_of_range(time: np.ndarray, travel: np.ndarray, moves: float) -> tuple[f
         level = [end for end in ends if noisy and (rest == end).mean() > _AT_END]
         levels.append(float(level[0]) if level else np.nan)
     return levels[0], levels[1]
-
-
-def repeats_remark(time: np.ndarray, travel: np.ndarray) -> str:
-    """Say that a stretch of readings comes again, or that the reading sticks; "" if none does.
-
-    How long a stretch is equal by chance follows from how often neighbours are.
-
-    Args:
-        time, travel: Of the motion, ``(n,)``, ms and mm; NaN where a sample is missing.
-    """
-    there = ~np.isnan(travel)
-    time, travel = time[there], travel[there]
-    tied = np.diff(travel) == 0.0
-    ties = max(1.0 / tied.size, *(equal.mean() for equal in (tied, tied[:_ENDS], tied[-_ENDS:])))
-    length = np.log(FALSE / travel.size**2) / np.log(ties) if ties < 1.0 else np.inf
-    if length > min(_MOST, travel.size // 4):
-        return ""
-    length, raw, seen = int(np.ceil(length)), travel.tobytes(), {}
-    for k in range(travel.size - length + 1):
-        first = seen.setdefault(raw[k * travel.itemsize : (k + length) * travel.itemsize], k)
-        if first < k:
-            return Remark("repeats", first=in_digits(time[first], 4), again=in_digits(time[k], 4))
-    return ""
-
-
-def unsteady_remark(time: np.ndarray, travel: np.ndarray, moves: float, segment: Segment) -> str:
-    """Say that the reading moves at rest: before the motion, or again after it; "" if it does not.
-
-    A drive that has arrived swings less and less, and never back by half of its stroke.
-
-    Args:
-        time, travel: Of the motion, ``(n,)``, ms and mm; NaN where a sample is missing.
-        moves: Time of the first motion, ms.
-        segment: The motion in its record.
-    """
-    half = max(1, round(0.5 / (time[1] - time[0])))
-    smooth = running_mean(filled(travel), 2 * half + 1)[half:-half:half]
-    at = time[half:-half:half]
-    done = np.abs(smooth - segment.before) / segment.stroke
-    rest = done[(at < moves - REST[1]) & (at > moves - REST[0])]
-    begun, arrived = ((done >= share).argmax() for share in (_BEGUN, 1.0 - _BEGUN))
-    off, lasts = np.abs(done[arrived:] - 1.0), int(arrived - begun)
-    ways = [float(np.ptp(rest)) if rest.size else 0.0, float(off.max()) - _RANGE]
-    if 0 < 2 * lasts < off.size:
-        largest = sliding_window_view(off, lasts).max(axis=1)[:-1]
-        ways.append(float((off[lasts:] - 2.0 * np.minimum.accumulate(largest)).max()))
-    noise = white_noise(travel) / np.sqrt(2.0 * half + 1.0) / segment.stroke
-    if max(ways) < max(_UNSTEADY, 2.0 * normal_sds(done.size) * noise):
-        return ""
-    return Remark("unsteady", way=in_digits(max(ways) * segment.stroke, 2))
 
 
 def check_stroke(stroke: float, settings: Mapping) -> None:

@@ -44,7 +44,7 @@ _UNSEEN, _FADES = 0.04, 2.2  # strokes of a swing that turns there, and how fast
 # Share of its speed that a drive loses at once where it picks the contact up, and its sd: none if
 # the contact is elastic, a third where it is half as heavy as the drive and rigid.
 _PICKED_UP = 0.1, 0.2
-_SOON = 0.8  # durations after the arrival, before which no drive rests
+_SOON = 0.7  # durations after the arrival, before which no drive rests
 _SWITCHED = {
     "time": "no contact timing: the time of touch or separation is not known",
     "main": "no resistance that shows the main contact apart from the arcing contact",

@@ -17,9 +17,7 @@ from breaker.model.quantities import Speed
 from breaker.records.checks import (
     doubts_in_words,
     of_no_drive,
-    repeats_remark,
     rest_remark,
-    unsteady_remark,
 )
 from breaker.records.contacts import ContactTimes
 from breaker.records.currents import Currents
@@ -65,12 +63,10 @@ class Record(LocatedMotion):
 
     def remarks_on(self, grid: "Grid | None" = None) -> list[str]:
         """Return remarks on the record, and on how it fits the errors that a model assumes."""
-        time = self.time[self.inside]
         zero_sd = grid.zero_sd if grid else None
         remarks = [
             *self.file_remarks,
             self.no_drive,
-            repeats_remark(time, self.left),
             rest_remark(self.segment, self.settings, self.motion, zero_sd),
             doubts_in_words(self.time, self.doubts),
         ]
@@ -82,8 +78,6 @@ class Record(LocatedMotion):
             remarks.append(Remark("hum", way=about[0], frequency=about[1]))
         elif self.ripple:
             remarks.append(Remark("ripples", rms=in_digits(self.ripple, 2)))
-        if not amplitude:
-            remarks.append(unsteady_remark(time, self.left, self.moves, self.segment))
         if grid and grid.onset_sd and self.first_motion_sd > grid.onset_sd:
             shown = in_digits(self.first_motion_sd, 2)
             remarks.append(Remark("onset-vague", sd=shown, assumed=grid.onset_sd))

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from statistics import NormalDist
 
 FALSE = 1.25e-4
-"""False-alarm rate of a check: the seven with a statistic have a remark on 1e-3 of good records."""
+"""False-alarm rate of a check by a statistic, on good records."""
 
 MATTERS = 0.003
 """Strokes: smaller errors change no quantity by more than its usual error."""
@@ -18,7 +18,7 @@ def normal_sds(count: int) -> float:
     return -NormalDist().inv_cdf(0.5 * FALSE / max(count, 1))
 
 
-DISTURBED = {"hum", "no-drive", "range-ends", "repeats", "unsteady"}
+DISTURBED = {"hum", "no-drive", "range-ends"}
 """Codes of remarks without which no value of the record should be read."""
 
 TEXTS = {
@@ -27,9 +27,6 @@ TEXTS = {
     "or unit of the time, and the unit or ratio of the travel",
     "range-ends": "at one rest the reading is at exactly {level} mm, too often for its noise: the "
     "range of the transducer ends within the stroke",
-    "repeats": "the readings from {first} ms on come again from {again} ms on: were samples stored "
-    "twice, or did the reading stick?",
-    "unsteady": "at rest the reading moves by {way} mm: is there a drift or a vibration?",
     "hum": "the reading swings by {way} mm at {frequency} Hz, before and after the motion: shield "
     "the cable of the transducer",
     "open-rest-unseen": "ends before the open breaker rests: its last reading stands for that rest",
