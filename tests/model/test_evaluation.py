@@ -1,4 +1,4 @@
-"""Definitions of speeds, from texts to values on exact curves."""
+"""Quantities of motions on a dense grid of exact curves, and definitions of speeds."""
 
 from dataclasses import replace
 
@@ -9,9 +9,21 @@ from breaker.common.randomness import generator
 from breaker.model.curves import travel
 from breaker.model.equations import closed_rest
 from breaker.model.evaluation import evaluate
-from breaker.model.parameters import Size
-from breaker.model.quantities import SPEEDS, Point, Speed, quantities, speeds_of
+from breaker.model.parameters import NAMES, Size
+from breaker.model.quantities import (
+    SPEEDS,
+    Point,
+    Speed,
+    check_fact,
+    check_quantity,
+    quantities,
+    speeds_of,
+)
+from tests.model_references import changed
 
+CLOSING = ("spring_compression", "touch_time", "closing_speed", "over_travel")
+OPENING = ("spring_compression", "separation_time", "opening_speed", "opening_over_travel")
+MEDIANS = np.array([2.0, 0.045, 0.040, 0.30, 0.12, 0.75, 10.0])
 TIMES = np.arange(60_001) * 1e-3
 DEFINED = {
     "closing_speed": ["10 ms before touch", "touch"],
@@ -81,32 +93,82 @@ def brute_force(point, curve, switching, rests, motion):
             return 0.0, level
     if point.rest:
         level = rests[0 if point.amount > 0.0 else 1] + sign * point.amount
-    beyond = sign * curve >= sign * level
-    passed = TIMES[1:][~beyond[:-1] & beyond[1:]] - 0.5e-3
+    left = sign * (level - curve)
+    last = np.flatnonzero((left[:-1] > 0) & (left[1:] <= 0))
+    passed = TIMES[last] + 1e-3 * left[last] / (left[last] - left[last + 1])
     if point.unit == "mm" and not point.rest:
         passed = passed[passed < switching][::-1] if share < 0 else passed[passed > switching]
     return passed[0] if passed.size else np.nan, level
 
 
-@pytest.mark.parametrize("motion", ["closing", "opening"])
-def test_speeds_are_those_of_dense_curves(prior, motion):
-    theta = prior.sample(8, generator(1, "test", "speeds", motion))
-    curves, switching, _ = travel(theta, TIMES, motion)
-    rests = [np.zeros(len(theta)), closed_rest(theta)]
-    rests = rests if motion == "closing" else rests[::-1]
+@pytest.fixture(scope="module", params=["closing", "opening"])
+def dense(request, prior):
+    """A motion, parameters of which the first come to rest without passing it, and curves."""
+    motion = request.param
+    theta = prior.sample(12, generator(1, "test", "quantities", motion))
+    theta[0] = changed(MEDIANS, gamma_a=0.7 if motion == "closing" else 0.5)
+    return motion, theta, travel(theta, TIMES, motion)
+
+
+def test_speeds_are_those_of_dense_curves(dense):
+    motion, theta, (curves, switching, _) = dense
+    rests = np.column_stack([np.zeros(len(theta)), closed_rest(theta)])
+    rests = rests if motion == "closing" else rests[:, ::-1]
     speeds = speeds_of(DEFINED)
     for speed in (record for record in speeds if record.motion == motion):
         result = evaluate([speed.name], theta, motion, speeds)[:, 0]
-        for i in range(len(theta)):
-            rest = [item[i] for item in rests]
-            places = [
-                brute_force(item, curves[i], switching[i], rest, motion)
-                for item in (speed.start, speed.end)
-            ]
-            (begin, low), (end, high) = places
-            assert result[i] == pytest.approx(
-                abs(high - low) / (end - begin), rel=1e-3, nan_ok=True
-            )
+        for i, of_curve in enumerate(zip(curves, switching, rests, strict=True)):
+            begin, low = brute_force(speed.start, *of_curve, motion)
+            end, high = brute_force(speed.end, *of_curve, motion)
+            expected = abs(high - low) / (end - begin)
+            assert result[i] == pytest.approx(expected, rel=1e-4, nan_ok=True)
+
+
+def test_other_quantities_are_those_of_dense_curves(dense, prior):
+    """Without the parabola over-travels would be ten times further away."""
+    assert np.array_equal(MEDIANS, prior.medians)  # on which the sizes of ``evaluation`` rest
+    motion, theta, (curves, switching, _) = dense
+    held = closed_rest(theta)
+    done = (curves if motion == "closing" else held[:, None] - curves) / held[:, None]
+    ten, ninety = (TIMES[np.argmax(done >= share, axis=1)] for share in (0.1, 0.9))
+    names = (CLOSING if motion == "closing" else OPENING)[1::2]
+    result = evaluate(["stroke", "travel_time", *names], theta, motion)
+    np.testing.assert_allclose(result[:, 0], held, rtol=1e-12)
+    np.testing.assert_allclose(result[:, 1], ninety - ten, atol=2e-3)
+    np.testing.assert_allclose(result[:, 2], switching, rtol=1e-12)
+    beyond = np.maximum(0.0, (done.max(axis=1) - 1.0) * held)
+    np.testing.assert_allclose(result[:, 3], beyond, atol=1e-4)
+    assert result[0, 3] == 0.0
+
+
+@pytest.mark.parametrize(
+    ("motion", "change", "missing"),
+    [
+        # At rest at f / k_a = 8 mm, short of the gap.
+        ("closing", {"f": 8 * 0.045}, [1, 2, 3]),
+        # It swings to the gap, but there is no closed position to travel beyond, or to open from.
+        ("closing", {"f": 0.44}, [3]),
+        ("opening", {"f": 0.44}, [1, 2, 3]),
+        # At 5.6 mm at the touch; at 5.3 mm at the separation, and then 0.6 mm beyond 0: never 6 mm.
+        ("closing", {"L": 3.0}, [2]),
+        ("opening", {"L": 2.0}, [2]),
+        # With 1 mm more of gap it travels them.
+        ("closing", {"L": 4.0}, []),
+        ("opening", {"L": 3.0}, []),
+        # So slow that at 60 ms it is millimetres from rest, on its way there.
+        ("closing", {"gamma_a": 2.5}, [3]),
+        ("opening", {"gamma_a": 2.5}, [3]),
+    ],
+)
+def test_what_does_not_exist_is_nan(motion, change, missing):
+    """The wipe is that of the formula, also where it is negative."""
+    theta = changed(MEDIANS, **change)[None]
+    row = evaluate(CLOSING if motion == "closing" else OPENING, theta, motion)[0]
+    assert np.flatnonzero(np.isnan(row)).tolist() == missing
+    _, k_a, k_b, _, _, f, gap = theta[0]
+    assert row[0] == pytest.approx((f - k_a * gap) / (k_a + k_b))
+    stroke = evaluate(["stroke"], theta, motion).item()
+    assert np.isnan(stroke) if row[0] < 0 else stroke == pytest.approx(gap + row[0])
 
 
 @pytest.mark.parametrize("size", [Size(1.7, 0.9), Size(0.031, 40.0)])
@@ -148,3 +210,39 @@ def test_either_rest_counts():
     assert opening.points == ["separation", "7.4 mm after separation"]
     given = Speed.read("closing_speed", ["12 mm before touch", "touch"])
     assert speeds_of({"closing_speed": given.points}, Size(9.0, 1.0))[0] == given
+
+
+# ---- names and facts ---------------------------------------------------------------------------
+
+
+def test_names_of_each_source():
+    for motion, names in (("closing", CLOSING), ("opening", OPENING)):
+        assert not any(check_quantity(name, motion) for name in (*NAMES, *names))
+        assert not any(check_quantity(name, motion, of="change") for name in NAMES)
+        assert check_quantity("reaction_time", motion, of="record") is None
+        for name in (*NAMES, "spring_compression"):
+            assert name in check_quantity(name, motion, of="record")
+    assert check_quantity("touch_time", "opening")
+    assert check_quantity("speed", "closing")
+    assert check_quantity("stroke", "", of="change")
+
+
+def test_known_values():
+    assert check_fact(13.0, 0.1) is None
+    assert all(check_fact(*wrong) for wrong in ((-13.0, 0.1), (13.0, 0.0), (13.0, 0.001)))
+
+
+def test_errors():
+    for names, theta, motion, words in (
+        (["f", "speed"], MEDIANS[None], "closing", "speed is not"),
+        ([], MEDIANS[None], "sideways", "unknown motion"),
+        (
+            ["f"],
+            changed(MEDIANS, L=np.nan)[None],
+            "closing",
+            "the first is L = nan in row 0",
+        ),  # not simulated
+        (["f"], MEDIANS, "closing", r"shape \(n, 7\)"),
+    ):
+        with pytest.raises(ValueError, match=words):
+            evaluate(names, theta, motion)
