@@ -1,12 +1,10 @@
 """Limits: parts and words, exceeded and how probably, and refused where they cannot be one."""
 
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 from scipy.stats import norm
 
-from breaker.model.limits import SOURCES, Limit, entries_of_type, from_list
+from breaker.model.limits import Limit, entries_of_type, from_list
 
 NAN, BOTH = np.nan, ["closing", "opening"]
 SLOW = {"name": "slow", "motion": "closing", "upper": {"touch_time": 10}}
@@ -109,12 +107,3 @@ def test_ranges_of_a_type():
     ):
         with pytest.raises(ValueError, match=next(iter(wrong))):
             entries_of_type(wrong)
-
-
-@pytest.mark.parametrize("of", SOURCES)
-def test_a_reader_is_asked_by_the_source_of_a_limit(of):
-    limit = Limit("a", "closing", (("stroke" if of == "record" else "f", 1.0, True),), of=of)
-    reader = SimpleNamespace(
-        **{f"of_{source}": lambda *about, e=source: (e, *about) for source in SOURCES}
-    )
-    assert limit.read(reader, 7) == (of, limit, 7)

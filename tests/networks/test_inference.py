@@ -1,29 +1,34 @@
-"""What holds for every inference network: a new one is a Gaussian."""
+"""Inference networks: density and draws against closed forms, differences and autograd."""
+
+import itertools
+import math
 
 import numpy as np
 import pytest
 import torch
 from scipy.stats import multivariate_normal
 
-from breaker.networks.coupling_flow import CouplingFlow
+from breaker.networks import flow_matching
+from breaker.networks.coupling_flow import CouplingFlow, bend, unbend
 from breaker.networks.flow_matching import FlowMatching
-from tests.networks_fixtures import built, normal, perturb
+from tests.networks_fixtures import arrays, built, density_by_autograd, normal, perturb, silu
 
-DIMS, FEATURES = 3, 4
+DIMS, FEATURES, WIDTH, BLOCKS = 3, 4, 10, 2
 KINDS = {
-    FlowMatching: {"width": 10, "blocks": 2},
+    FlowMatching: {"width": WIDTH, "blocks": BLOCKS},
     CouplingFlow: {"transforms": 4, "bins": 5, "hidden": [11, 9]},
 }
 
 
-@pytest.fixture(params=KINDS)
-def new(request):
-    """A new network."""
-    return built(request.param, DIMS, FEATURES, **KINDS[request.param]).double()
+def curved(kind, dims=DIMS):
+    """A network of random weights, whose density is far from a Gaussian."""
+    return perturb(built(kind, dims, FEATURES, **KINDS[kind]).double(), 0.35)
 
 
 @pytest.mark.parametrize("steps", [1, 7])
-def test_a_new_network_is_the_gaussian_of_its_head(new, steps):
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_new_network_is_the_gaussian_of_its_head(kind, steps):
+    new = built(kind, DIMS, FEATURES, **KINDS[kind]).double()
     perturb(new.head, 0.4)
     features, noise = normal(2, FEATURES), normal(2, 50, DIMS, seed=2)
     with torch.no_grad():
@@ -37,3 +42,140 @@ def test_a_new_network_is_the_gaussian_of_its_head(new, steps):
         np.testing.assert_allclose(draws[i].numpy(), expected, rtol=0, atol=1e-12)
         exact = multivariate_normal(mean[i], inverse @ inverse.T).logpdf(draws[i].numpy())
         np.testing.assert_allclose(density[i], exact, rtol=0, atol=1e-10)
+
+
+# ---- coupling flow ------------------------------------------------------------------------------
+
+
+def test_splines_are_inverted_and_leave_alone_what_is_beyond():
+    x, numbers = 3 * normal(50, 4), 3 * normal(50, 4, 17, seed=2)
+    y, log_slope = bend(x, numbers)
+    torch.testing.assert_close(unbend(y, numbers), x, rtol=0, atol=1e-9)
+    beyond = x.abs() > 5
+    assert beyond.any()
+    assert torch.equal(y[beyond], x[beyond])
+    assert (log_slope[beyond] == 0).all()
+    assert (y - x).abs().max() > 0.5
+
+
+def test_gradients_of_splines_are_those_of_their_values():
+    """Of value and log slope, by differences; the log slope is the derivative's."""
+    x, numbers = 3 * normal(12, 2), 2 * normal(12, 2, 17, seed=2)
+    x, numbers = x.requires_grad_(), numbers.requires_grad_()
+    assert torch.autograd.gradcheck(bend, (x, numbers))
+    y, log_slope = bend(x, numbers)
+    (slope,) = torch.autograd.grad(y.sum(), x)
+    torch.testing.assert_close(slope.log(), log_slope, rtol=0, atol=1e-9)
+
+
+@pytest.mark.parametrize("dims", [2, 3, 7, 8])
+def test_any_two_dimensions_meet_both_ways(dims):
+    digits = math.ceil(math.log2(dims))
+    network = built(
+        CouplingFlow, dims, FEATURES, **KINDS[CouplingFlow] | {"transforms": 2 * digits}
+    )
+    orders = zip(network.conditioners, network.orders.tolist(), strict=True)
+    stay = [set(order[: conditioner.enter.in_features]) for conditioner, order in orders]
+    for i, j in itertools.permutations(range(dims), 2):
+        assert any(i in kept and j not in kept for kept in stay), (i, j)
+    assert all(0 < len(kept) < dims for kept in stay)
+
+
+@pytest.mark.parametrize("dims", [2, 3, 7])
+def test_density_of_couplings_is_that_of_the_sampling_map(dims):
+    """Exactly, for one pass undoes the other; also where splines end, at five whitened sds."""
+    features, noise = normal(2, FEATURES, seed=2), 2.5 * normal(2, 8, dims)
+    assert (noise.abs() > 5).any() or dims == 2
+    points, expected = density_by_autograd(curved(CouplingFlow, dims), noise, features)
+    with torch.no_grad():
+        density = curved(CouplingFlow, dims).log_prob(points, features, steps=1)
+    torch.testing.assert_close(density, expected, rtol=0, atol=1e-8)
+
+
+# ---- flow matching ------------------------------------------------------------------------------
+
+
+def velocity_by_hand(field, y, t, features):
+    """Velocity at one point ``(q,)``, one time, one condition ``(s,)``, in numpy."""
+    w = arrays(field)
+    waves = math.pi / 2 * np.arange(1, 9) * t
+    embedded = w["time.weight"] @ np.r_[np.sin(waves), np.cos(waves)] + w["time.bias"]
+    condition = w["condition.weight"] @ features + w["condition.bias"]
+    shifts = np.split(embedded + condition, BLOCKS + 1)
+    h = w["enter.weight"] @ y + w["enter.bias"] + shifts[0]
+    for k in range(BLOCKS):
+        inside = w[f"inner.{k}.weight"] @ silu(h) + w[f"inner.{k}.bias"] + shifts[k + 1]
+        h = h + w[f"outer.{k}.weight"] @ silu(inside) + w[f"outer.{k}.bias"]
+    return w["leave.weight"] @ silu(h) + w["leave.bias"]
+
+
+def test_loss_by_hand():
+    """The velocity to match is the path's derivative, taken here by a central difference."""
+    network, n, k = curved(FlowMatching), 4, 5
+    theta, features, noise = (
+        normal(n, DIMS),
+        normal(n, FEATURES, seed=2),
+        normal(n, k, DIMS, seed=3),
+    )
+    time = torch.from_numpy(np.random.default_rng(4).random((n, k, 1)))
+    result = network.loss(theta, features, noise, time).detach().numpy()
+    mean, factor, _ = (value.detach().numpy() for value in network.head(features))
+
+    expected = np.zeros(n)
+    for i in range(n):
+        whitened = factor[i] @ (theta[i].numpy() - mean[i])
+        covariance = np.linalg.inv(factor[i].T @ factor[i])
+        base = multivariate_normal(mean[i], covariance).logpdf(theta[i].numpy())
+        expected[i] = -base - DIMS / 2 * math.log(2 * math.pi)
+        for j in range(k):
+            start, at, step = noise[i, j].numpy(), float(time[i, j, 0]), 1e-5
+
+            def path(t, start=start, whitened=whitened):
+                return math.sin(math.pi * t / 2) * whitened + math.cos(math.pi * t / 2) * start
+
+            velocity = (path(at + step) - path(at - step)) / (2 * step)
+            field = velocity_by_hand(network.field, path(at), at, features[i].numpy())
+            expected[i] += np.sum((field - velocity) ** 2) / k
+    # The difference errs by pi^3/48 step^2 = 6e-11 relative and 1e-16/step by rounding; the
+    # frequencies are float32 numbers, off by 3e-8.
+    np.testing.assert_allclose(result, expected, rtol=1e-6)
+
+
+def test_the_flow_does_not_pull_at_the_base():
+    """The head learns by likelihood alone, or it would make the matching easy by a wide base."""
+    network = curved(FlowMatching)
+    theta, features = normal(6, DIMS), normal(6, FEATURES, seed=2)
+    noise, time = normal(6, 2, DIMS, seed=3), torch.full((6, 2, 1), 0.3, dtype=torch.float64)
+    network.loss(theta, features, noise, time).sum().backward()
+    from_loss = network.head.weight.grad.clone()
+    network.zero_grad()
+    mean, factor, log_det = network.head(features)
+    whitened = (factor @ (theta - mean).unsqueeze(-1)).squeeze(-1)
+    (0.5 * whitened.square().sum(-1) - log_det).sum().backward()
+    torch.testing.assert_close(from_loss, network.head.weight.grad, rtol=0, atol=1e-12)
+
+
+def test_blocks_of_points_make_no_difference(monkeypatch):
+    network, features, theta = curved(FlowMatching), normal(6, FEATURES), normal(6, 5, DIMS, seed=2)
+    densities = []
+    for tangents in (10**9, 1, 4 * DIMS * WIDTH):
+        monkeypatch.setitem(flow_matching._TANGENTS, "cpu", tangents)
+        with torch.no_grad():
+            densities.append(network.log_prob(theta, features, steps=3))
+        torch.testing.assert_close(densities[-1], densities[0], rtol=0, atol=1e-12)
+
+
+def test_density_of_a_flow_is_that_of_the_sampling_map():
+    """The backward rule undoes the forward rule but for O(1/steps^3).
+
+    Each errs by order two, and the leading errors cancel: they are odd in the step.
+    """
+    network, steps, errors = curved(FlowMatching), [4, 8, 16], []
+    noise, features = normal(2, 2, DIMS), normal(2, FEATURES, seed=2)
+    for count in steps:
+        points, expected = density_by_autograd(network, noise, features, count)
+        with torch.no_grad():
+            density = network.log_prob(points, features, steps=count)
+        errors.append(float((density - expected).abs().max()))
+    assert 2.4 < -np.polyfit(np.log(steps), np.log(errors), 1)[0] < 3.5
+    assert errors[-1] < 5e-3
