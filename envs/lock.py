@@ -58,13 +58,13 @@ dependencies:
 def direct(pyproject: Path) -> tuple[list[Requirement], list[Requirement]]:
     """Return the requirements that ``pyproject.toml`` states: to run, to test and to build.
 
-    Those of the extra ``slurm`` are by themselves, those of ``pdf`` left out. An extra may
-    name others of the package itself; these are stated by themselves.
+    Those of the extra ``slurm`` are by themselves. An extra may name others of the package itself;
+    these are stated by themselves.
     """
     content = tomllib.loads(pyproject.read_text(encoding="utf-8"))
     project, build = content["project"], content["build-system"]["requires"]
     extras = project["optional-dependencies"]
-    slurm, _ = extras.pop("slurm"), extras.pop("pdf")
+    slurm = extras.pop("slurm")
     stated = map(Requirement, chain(project["dependencies"], *extras.values(), build))
     own = [requirement for requirement in stated if requirement.name != project["name"]]
     return own, list(map(Requirement, slurm))

@@ -1,9 +1,6 @@
 """One thread for every test, the whole workflow first, and what tests of every room share."""
 
 import os
-import sys
-from importlib.machinery import ModuleSpec
-from types import ModuleType
 
 # Before numpy is loaded, which reads it once. Files run side by side: threads that wait for each
 # other on a busy machine take ten times as long as one.
@@ -70,28 +67,6 @@ def a_quarter_of_the_draws():
 def quarter_of(number):
     """A quarter of a number, or of several."""
     return tuple(map(quarter_of, number)) if isinstance(number, tuple) else number // 4
-
-
-@pytest.fixture
-def weasyprint(monkeypatch):
-    """A stand-in for WeasyPrint, which few machines have: its PDF holds the page as it is."""
-
-    class HTML:
-        def __init__(self, string):
-            self.page = string
-
-        def write_pdf(self):
-            return b"%PDF-" + self.page.encode()
-
-    module = ModuleType("weasyprint")
-    module.HTML, module.__spec__ = HTML, ModuleSpec("weasyprint", None)
-    monkeypatch.setitem(sys.modules, "weasyprint", module)
-
-
-@pytest.fixture
-def no_weasyprint(monkeypatch):
-    """A machine without WeasyPrint."""
-    monkeypatch.setitem(sys.modules, "weasyprint", None)
 
 
 @pytest.fixture(scope="module")

@@ -272,8 +272,7 @@ def test_a_report_is_made_that_opens_offline(workflow):
     report = (workflow / "report.html").read_text()
     assert not re.findall(r"<(?:script|link)[^>]+(?:src|href)=[\"']https?:", report)
     description = re.search(r"var workflow_desc = (.*);", report).group(1)
-    text = json.loads(description).partition("From the travel curves")[0]
-    assert (workflow / "results/first_page.html").read_text() in text  # before any other word
+    assert "first_page.html" in json.loads(description).partition("From the travel curves")[0]
 
 
 @pytest.mark.slow

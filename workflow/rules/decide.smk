@@ -90,14 +90,14 @@ rule figures_life:
 
 
 rule first_page:
-    """What the report opens on: sentences, the table of limits and the picture."""
+    """What to read first: sentences, the table of limits and the picture."""
     input:
         words="results/verdict.json",
         limits="results/limits.csv",
         figure="figures/verdict.png",
         code=code("first_page"),
     output:
-        "results/first_page.html",
+        page("results/first_page.html", "0 Verdict", "first page", "verdict"),
     log:
         "logs/first_page.log",
     benchmark:

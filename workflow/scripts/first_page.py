@@ -1,4 +1,4 @@
-"""Write what the report opens on: one element of HTML, which loads nothing."""
+"""Write the first page: sentences, the table of limits and the picture, in one file."""
 
 import json
 from pathlib import Path
@@ -20,5 +20,4 @@ texts = limits.map(lambda cell: in_digits(cell, 4) if isinstance(cell, float) el
 rows = texts.mask(limits.isna(), "").to_numpy().tolist()
 table = Table([name.replace("_", " ") for name in SHOWN], rows)
 page, picture = Document(first, summary=others, parts=[table]), Path(files.figure).read_bytes()
-html = html_page(page, [picture], alt="How each limit stands", inner="first-page")
-Path(snakemake.output[0]).write_text(html, encoding="utf-8")
+Path(snakemake.output[0]).write_text(html_page(page, [picture]), encoding="utf-8")

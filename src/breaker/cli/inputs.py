@@ -2,7 +2,6 @@
 
 import argparse
 from collections.abc import Mapping, Sequence
-from contextlib import suppress
 from pathlib import Path
 
 from breaker.configuration.loading import defaults, load, read
@@ -38,16 +37,6 @@ def a_path(text: str) -> str:
     return text
 
 
-def percent(text: str) -> float:
-    """Return a share, from percent."""
-    value = 0.0
-    with suppress(ValueError):
-        value = float(text)
-    if not 0.0 < value < 100.0:
-        raise argparse.ArgumentTypeError(f"{text!r} is not a percentage above 0 and below 100")
-    return value / 100.0
-
-
 def add_path(command: argparse.ArgumentParser, name: str, kind: str, what: str, **more) -> None:
     """Add an argument or option that names a file or folder: its kind and help, and how many."""
     command.add_argument(name, type=a_path, metavar=kind, help=what, **more)
@@ -77,10 +66,3 @@ def choice_of(options: argparse.Namespace):
     channels = [options.channel] if options.channel else []
     motions = [options.motion] if options.motion else MOTIONS
     return Choice(motions, channels, options.breaker, options.phase)
-
-
-def add_reference(command: argparse.ArgumentParser) -> None:
-    """Add the options that name a good record, and how far others may depart from it."""
-    add_path(command, "--reference", "GOOD", "good record, over which the others are drawn")
-    what = "half width of the band around the good record, of the stroke (default: 5)"
-    command.add_argument("--tolerance", type=percent, metavar="PERCENT", help=what)

@@ -6,12 +6,12 @@ from pathlib import Path
 
 from breaker.common.text import say
 
-_ENDINGS = {"picture": (".png", ".pdf", ".svg", ".jpg", ".jpeg"), "report": (".html", ".pdf")}
+_ENDINGS = {"picture": (".png", ".pdf", ".svg", ".jpg", ".jpeg"), "report": (".html",)}
 # Words near the beginning of each kind of output. A file of lines, such as a configuration or a
 # table of operations, may hold work of the user and is never replaced.
 _MARKS = {
     "picture": (b"\x89PNG", b"%PDF", b"<svg", b"\xff\xd8\xff"),
-    "report": (b'content="breaker report"', b"%PDF"),
+    "report": (b'content="breaker report"',),
     "table": (b",interval_95_lower,",),
     "lines": (),
 }

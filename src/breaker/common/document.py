@@ -1,4 +1,4 @@
-"""A document: its parts, and its renderings as text for a terminal, as HTML and as PDF."""
+"""A document: its parts, and its renderings as text for a terminal and as HTML."""
 
 import re
 from base64 import b64encode
@@ -7,10 +7,8 @@ from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
 from textwrap import wrap
-from types import ModuleType
 from typing import TYPE_CHECKING
 
-from breaker import DISTRIBUTION
 from breaker.common.text import visible_text
 
 if TYPE_CHECKING:
@@ -168,49 +166,24 @@ def _fitting(rows: Iterable[Sequence[str]]) -> str:
     return "  ".join([f"{{:<{first}}}", *(f"{{:>{width}}}" for width in others)])
 
 
-# ---- HTML and PDF --------------------------------------------------------------------------------
+# ---- HTML ----------------------------------------------------------------------------------------
 
 
-def html_page(
-    document: Document, pictures: Sequence[bytes] = (), *, alt: str = "curves", inner: str = ""
-) -> str:
-    """Return a document as one page of HTML that needs no other file.
+def html_page(document: Document, pictures: Sequence[bytes] = ()) -> str:
+    """Return a document as one page of HTML that needs no other file, with PNG pictures.
 
-    Its words are text there, with escapes for characters that are not shown or that turn the
-    direction of writing.
-
-    Args:
-        document: The document.
-        pictures: PNG, below its ``parts``.
-        alt: What they show, for who does not see them.
-        inner: Identifier of one element for another page, with a style of its own; else a page.
+    Words of others are no markup there, and control characters are escaped.
 
     >>> "<h1>A &lt; B</h1>" in html_page(Document("A < B"))
     True
     """
-    text = _page().render(document=document, pictures=pictures, alt=alt, inner=inner)
-    return visible_text(text)
+    text = visible_text(_page().render(document=document, pictures=pictures))
+    return _NAME.sub(lambda of: document.names.get(of[0], of[0]), text)
 
 
-def pdf_of(page: str) -> bytes:
-    """Return a page of HTML as a PDF, by its print style sheet; raise as ``weasyprint``."""
-    return weasyprint().HTML(string=page).write_pdf()
-
-
-def weasyprint() -> ModuleType:
-    """Return the package that turns HTML into a PDF.
-
-    Raises:
-        ValueError: If it, or a library of the system that it needs, is not installed.
-    """
-    try:
-        import weasyprint
-    except (ImportError, OSError) as error:  # OSError: without Pango
-        raise ValueError(
-            f"a PDF needs WeasyPrint: install {DISTRIBUTION}[pdf], or write HTML and print it from "
-            "a browser"
-        ) from error
-    return weasyprint
+def html_part(part: Section | Table | Remark | str) -> str:
+    """Return a part of a document as HTML, for a page that has a style of its own."""
+    return visible_text(_page().module.part(part))
 
 
 @cache
@@ -222,7 +195,6 @@ def _page() -> "Template":
     jinja = Environment(loader=folder, autoescape=True, trim_blocks=True, lstrip_blocks=True)
     jinja.filters["tone"] = tone_of
     jinja.filters["words"] = lambda part: part.text if isinstance(part, Remark) else part
-    jinja.filters["named"] = lambda text, names: _NAME.sub(lambda of: names.get(of[0], of[0]), text)
     jinja.filters["base64"] = lambda content: b64encode(content).decode("ascii")
-    jinja.tests["remark"] = lambda part: isinstance(part, Remark)
+    jinja.tests["line"] = lambda part: isinstance(part, str | Remark)
     return jinja.get_template("document.html")

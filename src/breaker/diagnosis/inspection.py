@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from breaker.configuration.definitions import types_of
-from breaker.diagnosis.curves import TOLERANCE, Overlay, overlaid
+from breaker.diagnosis.curves import Overlay, overlaid
 from breaker.diagnosis.estimate import DriveRecord
 from breaker.diagnosis.identity import check_inspection
 from breaker.diagnosis.session import Diagnosis, given_by
@@ -21,7 +21,6 @@ def read_inspection(
     channels: Sequence[str] = (),
     of_type: str = "",
     reference: str = "",
-    tolerance: float | None = None,
     same_transducer: bool = False,
     opened: Files | None = None,
 ) -> Diagnosis:
@@ -35,7 +34,6 @@ def read_inspection(
         channels: Columns of travel; all that move by default.
         of_type: Type of the breaker; by default the type that the table or the files state.
         reference: A good record; by default that of the type.
-        tolerance: Half of the band around the good record, share of its stroke.
         same_transducer: Whether both inspections have the same transducer and ratio.
         opened: Files, each of which is opened once.
 
@@ -51,9 +49,7 @@ def read_inspection(
         for named in (before, [reference] if reference else [])
     )
     check_inspection(diagnosis.records, earlier)
-    if tolerance and not reference:
-        raise ValueError("--tolerance is of a --reference, which is not given; name a record")
-    overlays = _over(diagnosis.records, good, reference, tolerance) if reference else ()
+    overlays = _over(diagnosis.records, good, reference) if reference else ()
     about = {"overlays": overlays, "same_transducer": same_transducer}
     return replace(diagnosis, before=earlier, **about)
 
@@ -62,12 +58,11 @@ def _over(
     records: Sequence[DriveRecord],
     good: Sequence[DriveRecord],
     reference: str,
-    tolerance: float | None,
 ) -> list[Overlay]:
     """Return records over good ones; ValueError if no good record fits."""
     if good and all(record.reason for record in good):
         raise ValueError(f"the reference cannot be used: {good[0].reason}")
-    if not (overlays := overlaid(records, good, tolerance or TOLERANCE)):
+    if not (overlays := overlaid(records, good)):
         lacks = f"has no usable {' or '.join(dict.fromkeys(record.motion for record in records))}"
         raise ValueError(f"the reference {reference} {lacks}; name one that has")
     return overlays

@@ -17,7 +17,7 @@ import yaml
 from markupsafe import Markup
 
 from breaker.common.compiling import compile_now
-from breaker.common.document import Document, Table, html_page, tone_of
+from breaker.common.document import Table, html_part, tone_of
 from breaker.common.text import bare, visible_text
 from breaker.diagnosis.identity import nameplate
 from breaker.diagnosis.inspection_change import change_tables
@@ -181,7 +181,7 @@ def _results(asked: Asked, *, with_model: bool) -> Answer:
 def _document(tables: list[Table]) -> Markup:
     """Return tables as HTML, which escapes its texts."""
     some = [table for table in tables if table.rows or table.notes]
-    return Markup(html_page(Document(parts=some), inner="part")) if some else Markup()
+    return Markup("".join(map(html_part, some)))
 
 
 def _set(asked: Asked) -> Answer:
