@@ -12,7 +12,7 @@ WORKDIR /breaker
 ARG PIP_FIND_LINKS
 ARG PIP_NO_CACHE_DIR=1
 COPY Makefile *.whl ./
-COPY envs/place.sh envs/requirements.lock envs/
+COPY envs/requirements.lock envs/
 RUN make .venv/.pinned
 COPY . .
 RUN make environment

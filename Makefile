@@ -7,12 +7,15 @@
 PYTHON ?= python3
 CORES ?= 2
 
+ifneq ($(words $(CURDIR)),1)
+$(error Snakemake does not work in an environment whose path has a blank. Move this folder)
+endif
+
 VENV := .venv
-# $(VENV) by its whole path, or what it is a link to where that path has a blank or the like.
-PLACED := $(shell sh envs/place.sh '$(VENV)')
-PLACE := $(firstword $(PLACED))
-MOVED := $(filter moved,$(PLACED))
-BIN := $(PLACE)/bin
+BIN := $(CURDIR)/$(VENV)/bin
+# An environment contains its path: one of a folder that was moved is made again.
+OTHERS := test -f $(VENV)/pyvenv.cfg && test ! -L $(VENV) && ! grep -qF '$(CURDIR)/' $(VENV)/pyvenv.cfg
+MOVED := $(shell $(OTHERS) && echo moved)
 LOCK := envs/requirements.lock
 # One stamp for what is pinned, one for the package: a changed lock builds the environment anew,
 # so that nothing is in it but the lock; a changed pyproject.toml only installs the package again.
@@ -109,13 +112,6 @@ $(INSTALLED): pyproject.toml $(PINNED)
 	@touch $@
 
 $(PINNED): $(LOCK) $(MOVED)
-	@test $(PLACE) != refused || { \
-	  echo "Snakemake does not work in an environment whose path has a blank or a sign of the" >&2; \
-	  echo "shell, as those of this folder and of your cache. Name a folder without them, by its" >&2; \
-	  echo "whole path, for example: export BREAKER_ENV=/var/tmp/breaker" >&2; exit 1; }
-	@test -f $(PLACE)/pyvenv.cfg || ! ls -A $(PLACE) 2>/dev/null | grep -q . || { \
-	  echo "$(PLACE) holds other files than those of an environment. Name another folder" >&2; \
-	  echo "in BREAKER_ENV, or empty it." >&2; exit 1; }
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { \
 	  echo "breaker needs Python 3.11 or newer; '$(PYTHON)' is not one." >&2; \
 	  echo "Install one and name it, for example: make PYTHON=python3.12 all" >&2; exit 1; }
@@ -123,8 +119,7 @@ $(PINNED): $(LOCK) $(MOVED)
 	  echo "'$(PYTHON)' cannot make virtual environments: its module venv is missing." >&2; \
 	  echo "On Debian and Ubuntu: apt install python3-venv" >&2; exit 1; }
 	@echo "== making $(VENV) from $(LOCK) (a few minutes, only when the lock has changed)"
-	base=$$($(PYTHON) -c '$(REAL)') && "$$base" -m venv --clear $(PLACE)
-	@test $(PLACE) -ef $(VENV) || { rm -rf $(VENV) && ln -s $(PLACE) $(VENV); }
+	base=$$($(PYTHON) -c '$(REAL)') && "$$base" -m venv --clear $(CURDIR)/$(VENV)
 	@# What builds the few packages that come as source alone, so that pip fetches no other for it.
 	awk '/^setuptools==/,!/\\$$/' $(LOCK) | $(LOCKED) --requirement /dev/stdin
 	@# A wheel of torch in a folder that this machine tells pip to find links in is taken as it is:
@@ -175,6 +170,5 @@ clean:
 	rm -rf results figures logs checkpoints paper report.html report.zip
 
 distclean: clean
-	test ! -f $(PLACE)/pyvenv.cfg || rm -rf $(PLACE)
 	rm -rf $(VENV) .snakemake .pytest_cache .ruff_cache build dist src/*.egg-info
 	find src studies tests workflow envs -name __pycache__ -type d -prune -exec rm -rf {} +

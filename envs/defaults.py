@@ -35,8 +35,7 @@ _PAGE = """\
 
 Every setting with its default, what it may be, and its meaning. `config/config.yaml` and
 `config/advanced.yaml` hold the same defaults. Write only the settings that differ into a file of
-your own. A wrong key or value stops the workflow before the first job;
-`python -m breaker.configuration FILE` names its file and line.
+your own. A wrong key or value stops the workflow before the first job.
 
 This page is made by `make defaults` from `src/breaker/configuration/settings.py`.
 """

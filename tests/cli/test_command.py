@@ -3,8 +3,6 @@
 import subprocess
 import sys
 
-import h5py
-import numpy as np
 import pytest
 
 from breaker.cli import infer, main
@@ -52,17 +50,6 @@ def test_nothing_is_loaded_before_it_is_needed(tmp_path, prior, script, unused):
     done = run("-c", code + script, cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     assert not unused & {*done.stdout.rpartition("loaded:")[2].split()}
-
-
-def test_a_damaged_store_ends_the_command_in_order(tmp_path):
-    """HDF5 crashed as the process ended, after the right message."""
-    file = tmp_path / "a.nc"
-    with h5py.File(file, "w") as store:
-        store["travel"] = np.arange(600.0)
-    file.write_bytes(file.read_bytes()[:3000])
-    done = run("-m", "breaker", "inspect", str(file))
-    assert done.returncode == 1
-    assert done.stderr.startswith("breaker: ")
 
 
 @pytest.mark.parametrize(

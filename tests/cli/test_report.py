@@ -7,7 +7,6 @@ import pytest
 import yaml
 
 from breaker.cli import main
-from breaker.diagnosis.limits import simultaneity_of
 from tests.exports import pole, write
 
 FORM = {"time_column": None, "rate": 5.0}
@@ -87,6 +86,14 @@ def test_files_that_cannot_be_used_or_are_of_another_breaker_are_named(inspectio
     assert report(*call, config=one) == 0
     assert "odd.csv" in page_of()
     assert re.search("WARNING: [^<]*HV-20417[^<]*Bay 9", page_of())
+
+
+def test_a_column_that_no_file_has_is_refused_as_by_infer(inspection, capsys):
+    config = settings("wrong.yaml", {"travel_column": "Travl"})
+    for call in (["infer", "today.csv"], ["report", "today.csv", "--output", "a.html"]):
+        assert main([*call, *config]) == 1
+        assert "Travl" in "".join(capsys.readouterr())
+    assert not (inspection / "a.html").exists()
 
 
 def test_the_entry_of_a_type_counts_for_its_drives(inspection, capsys):
@@ -179,21 +186,3 @@ def test_poles_in_files_of_their_own_stand_side_by_side(inspection, most, verdic
     touch = re.search(r"simultaneity of the touch: ([\d.]+) ± [\d.]+ ms, \w first", page)
     assert float(touch[1]) < 0.5
     assert "2021-03-14 10:42:10, 2021-03-14 10:42:11" in page
-
-
-@pytest.mark.parametrize(
-    ("apart", "verdict"),
-    [(4.6, "pass"), (4.9, "inconclusive"), (5.1, "inconclusive"), (5.4, "fail")],
-)
-def test_simultaneity_is_judged_where_its_interval_is_on_one_side_of_the_limit(apart, verdict):
-    """Two contacts, known to 0.1 ms each: 95 % of 0.28 ms."""
-
-    def of(phase, touch):
-        fit = {"contact_time": touch, "contact_sd": 0.1, "first_motion": 0.0}
-        return {"motion": "closing", "operation": 1, "phase": phase, "file": "1", "fit": fit}
-
-    poles = [of("R", 3.0), of("Y", 3.0 + apart), of("B", 3.1)]
-    result = simultaneity_of(poles, {"closing": 5.0, "opening": 3.3})
-    assert result["verdict"] == verdict
-    assert (result["first"], result["last"], result["value"]) == ("R", "Y", pytest.approx(apart))
-    assert "verdict" not in simultaneity_of(poles, {"closing": None})

@@ -84,7 +84,7 @@ def test_a_killed_writer_leaves_a_store_that_is_refused(store, monkeypatch):
 
 
 def test_a_store_that_cannot_be_read_is_named(store, tmp_path):
-    for text in ("", "[1]", "{", "\xff"):
+    for text in ("", "{", "\xff"):
         (store / "checksums.json").write_text(text, encoding="latin-1")
         with pytest.raises(StoreError, match=r"checksums\.json"):
             open_store(store)

@@ -9,7 +9,6 @@ from breaker.common.document import (
     Document,
     Letterhead,
     Remark,
-    Section,
     Table,
     html_page,
     text_of,
@@ -18,7 +17,7 @@ from breaker.common.document import (
 HOSTILE = '<script>alert("$x$")</script>&amp;\u202e\u200b\x1b'
 ROWS = [("stroke", Cell("178", "bad")), "a group", Remark("why")]
 PARTS = [
-    Section("a section", ["a line", Remark("a remark"), Table(rows=[("left", "right")])]),
+    Table(title="a section", rows=["a line", Remark("a remark"), ("left", "right")]),
     Table(("name", "value"), ROWS, "a table", ["a note"]),
 ]
 WORDS = ["summed up", "a section", "a line", "a remark", "left", "right", "a table", "name"]

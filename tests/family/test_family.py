@@ -1,6 +1,6 @@
 """Drives drawn from the family: their ranges, their parameters, their wear."""
 
-from dataclasses import asdict
+from dataclasses import asdict, replace
 
 import numpy as np
 import pytest
@@ -30,6 +30,12 @@ def flat(section, above=""):
         inner = flat(value, f"{above}{name}.") if isinstance(value, dict) else {above + name: value}
         result |= inner
     return result
+
+
+def test_an_effect_that_no_drive_has_is_refused(family):
+    effects = {**family.settings["effects"], "drog": [0.0, 1.0]}
+    with pytest.raises(ValueError, match=r"unknown effects: drog\. .*drag"):
+        replace(family, settings={**family.settings, "effects": effects})
 
 
 def test_elements_are_drawn_from_their_ranges(family, drives):

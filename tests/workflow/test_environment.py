@@ -1,10 +1,6 @@
 """The environment: what is pinned, where, and that it is what the tests run in."""
 
-import os
 import re
-import shutil
-import subprocess
-import sys
 import sysconfig
 import tomllib
 from importlib import metadata
@@ -121,34 +117,3 @@ def test_version_is_stated_once_cited_and_in_the_changelog():
     assert project["license"] == citation["license"] == "MIT"
     assert (ROOT / "LICENSE").read_text(encoding="utf-8").startswith("MIT License")
     assert project["scripts"] == {"breaker": "breaker.cli:run"}
-
-
-@pytest.mark.slow
-def test_the_post_deploy_script_installs_the_package_into_a_new_environment(tmp_path):
-    """As Snakemake does with conda: a copy of the script, in the folder of the results."""
-    root, new = tmp_path / "repository", tmp_path / "new"
-    shutil.copytree(ROOT / "src", root / "src", ignore=shutil.ignore_patterns("*.egg-info"))
-    for name in ("pyproject.toml", "README.md", "LICENSE"):
-        shutil.copy(ROOT / name, root)
-    subprocess.run([sys.executable, "-m", "venv", "--without-pip", str(new)], check=True)
-    # What conda would have installed before: the packages of this environment, pip among them, but
-    # not breaker, as Python follows no second .pth file.
-    (site,) = new.glob("lib/python*/site-packages")
-    (site / "locked.pth").write_text(sysconfig.get_path("purelib"))
-    script = str(shutil.copy(ROOT / "envs/breaker.post-deploy.sh", tmp_path / "1f3b.sh"))
-    path = f"{new / 'bin'}{os.pathsep}{os.environ['PATH']}"
-    environment = {**os.environ, "PATH": path, "BREAKER_ROOT": str(root)}
-    environment.pop("PYTHONPATH", None)
-
-    def run(*command: str) -> subprocess.CompletedProcess:
-        about = {"cwd": tmp_path, "env": environment, "capture_output": True, "text": True}
-        return subprocess.run(command, **about, check=False)
-
-    use = "python", "-c", "from breaker.model import parameters as m; print(m.__file__)"
-    assert "No module named 'breaker'" in run(*use).stderr
-    installed = run("sh", script)
-    assert installed.returncode == 0, installed.stdout + installed.stderr
-    assert run(*use).stdout.split() == [str(root / "src/breaker/model/parameters.py")]
-    environment.pop("BREAKER_ROOT")
-    missed = run("sh", script)
-    assert (missed.returncode, "BREAKER_ROOT" in missed.stderr) == (1, True)

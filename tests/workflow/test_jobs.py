@@ -53,17 +53,6 @@ def test_an_uncaught_exception_is_logged_with_its_traceback_and_fails_the_job(lo
     assert "in compute" in text
 
 
-@pytest.mark.parametrize(("threads", "used"), [(1, 1), (64, 2)])
-def test_numba_has_the_threads_of_the_rule_but_no_more_than_there_are(log, threads, used):
-    first = (
-        "class Numba:\n"
-        "    config = SimpleNamespace(NUMBA_NUM_THREADS=2)\n"
-        "    def set_num_threads(self, n): print(n)\n"
-        "sys.modules['numba'] = Numba()"
-    )
-    assert run(log, "", first=first, threads=threads).stdout == f"{used}\n"
-
-
 def test_numba_itself_takes_them_and_torch_keeps_its_own(log, monkeypatch):
     """Two trainings of two threads each, on two cores, are fifteen times slower than of one."""
     monkeypatch.setenv("OMP_NUM_THREADS", "1")  # as Snakemake does

@@ -315,26 +315,3 @@ def test_appended_operations_run_their_own_chunk_and_what_follows(workflow):
     # Two chunks of 20 and 10 operations: the second one alone; a life with all its records.
     assert jobs[0] == dict.fromkeys(("read_curves", "infer", "infer_family", "gather"), 1)
     assert jobs[1] == {"read_curves": 2, "life": 1}
-
-
-@pytest.mark.slow
-def test_curves_of_another_source_are_read_again(workflow):
-    """Also where files are older than results, and are put back to what they were."""
-    store = "results/endurance/closing/curves_000.zarr"
-    for name in ("own", "other"):
-        shutil.rmtree(workflow / name, ignore_errors=True)
-    with edited(workflow):
-        put_own_curves(workflow)
-        for file in (workflow / "own").rglob("*.csv"):
-            os.utime(file, (1e9, 1e9))
-        run(workflow, "-c2", store)
-        assert planned(workflow, store) == Counter()
-        replaced = workflow / "own/closing/closing_00007.csv"
-        replaced.write_bytes((workflow / "own/closing/closing_00008.csv").read_bytes())
-        os.utime(replaced, (1e9, 1e9 + 1))
-        assert planned(workflow, store) == {"read_curves": 1}
-        shutil.copytree(workflow / "own", workflow / "other")
-        edit_config(workflow, endurance={"curves": "other"})
-        assert planned(workflow, store)["read_curves"] == 1
-        edit_config(workflow, endurance={"curves": None})  # the simulated test
-        assert planned(workflow, store)["read_curves"] == 1

@@ -53,7 +53,7 @@ rule decide:
         "../../envs/breaker.yaml"
     params:
         planning=config["planning"],
-        advice=advice_of(config["advice"]),
+        advice=advice_of(),
     script:
         "../scripts/decide.py"
 

@@ -94,8 +94,7 @@ TYPES = types_of(config)
 FLEET = ["results/fleet.csv", "results/fleet.html"]
 BREAKERS_PER_JOB = 30  # a job of minutes: appended breakers rerun at most this many
 # What jobs of the fleet take from the configuration.
-ON_FLEET = ("advice", "endurance", "limits", "motions")
-ON_FLEET += ("planning", "seed", "speeds", "trend")
+ON_FLEET = ("endurance", "limits", "motions", "planning", "seed", "speeds", "trend")
 
 
 @cache

@@ -10,7 +10,7 @@ import sys
 from collections.abc import Sequence
 
 from breaker import DISTRIBUTION, __version__
-from breaker.cli.inputs import PROJECT, SEVERAL, add_path
+from breaker.cli.inputs import PROJECT, SEVERAL
 from breaker.common.compiling import set_threads
 from breaker.common.text import say
 from breaker.configuration.loading import ConfigurationError
@@ -55,11 +55,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def run() -> int:
-    """Run the command as a process of its own, without garbage collection.
-
-    To look for garbage takes a third of the time of a first answer.
-    """
-    gc.disable()
+    """Run the command as a process of its own."""
+    gc.disable()  # garbage collection takes a third of the time of a first answer
     return main()
 
 
@@ -76,5 +73,5 @@ def parser(named: Sequence[str] = ()) -> argparse.ArgumentParser:
         command = commands.add_parser(name, help=about, description=module.add.__doc__)
         command.set_defaults(run=module.run)
         module.add(command)
-        add_path(command, "--config", "YAML", what, **SEVERAL)
+        command.add_argument("--config", metavar="YAML", help=what, **SEVERAL)
     return made

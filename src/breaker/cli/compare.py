@@ -16,14 +16,14 @@ def add(compare: argparse.ArgumentParser) -> None:
     explanations, and changes of parameters with intervals and the probability of no change. The
     exit status is 1 if nothing was compared.
     """
-    inputs.add_path(compare, "before", "BEFORE", "records of the earlier inspection", nargs="+")
+    compare.add_argument("before", metavar="BEFORE", help="records of the earlier one", nargs="+")
     today = inputs.SEVERAL | {"required": True}
-    inputs.add_path(compare, "--today", "TODAY", "records of the later inspection", **today)
+    compare.add_argument("--today", metavar="TODAY", help="records of the later one", **today)
     inputs.add_choice(compare)
     same = "state that both inspections have the same transducer and ratio"
     compare.add_argument("--same-transducer", action="store_true", help=same)
     compare.add_argument("--json", action="store_true", help="print one JSON document")
-    inputs.add_path(compare, "--plot", "PNG", "draw the comparison to this file")
+    compare.add_argument("--plot", metavar="PNG", help="draw the comparison to this file")
 
 
 def run(options: argparse.Namespace) -> int:

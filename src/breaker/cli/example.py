@@ -4,7 +4,7 @@ import argparse
 import os
 from pathlib import Path
 
-from breaker.cli.inputs import add_path, settings_of
+from breaker.cli.inputs import settings_of
 from breaker.common.text import say
 
 _OPERATIONS, _SEED = 3, 1
@@ -16,7 +16,7 @@ def add(example: argparse.ArgumentParser) -> None:
     files that `breaker view --example` shows: two inspections of a medium-voltage breaker, and a
     file that does not state its rate.
     """
-    add_path(example, "folder", "FOLDER", "an empty or new folder")
+    example.add_argument("folder", metavar="FOLDER", help="an empty or new folder")
     example.add_argument(
         "--inspections", action="store_true", help="write two inspections, from 2014 and 2026"
     )

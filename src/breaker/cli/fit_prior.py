@@ -2,7 +2,7 @@
 
 import argparse
 
-from breaker.cli.inputs import add_path, settings_of
+from breaker.cli.inputs import settings_of
 from breaker.cli.outputs import check_outputs, draw, say_written, write_lines
 from breaker.common.text import say
 
@@ -13,12 +13,10 @@ def add(fit_prior: argparse.ArgumentParser) -> None:
     --config` and the workflow.
     """
     what = "records of one breaker, or of several with a table operations.csv"
-    add_path(fit_prior, "folders", "FOLDER", what, nargs="+")
-    fit_prior.add_argument(
-        "--type", default="", metavar="NAME", help="type, as the table states it"
-    )
-    add_path(fit_prior, "--output", "YAML", "write the lines of configuration to this file")
-    add_path(fit_prior, "--plot", "PNG", "draw the prior to this file")
+    fit_prior.add_argument("folders", metavar="FOLDER", help=what, nargs="+")
+    fit_prior.add_argument("--type", default="", metavar="NAME", help="type that the table states")
+    fit_prior.add_argument("--output", metavar="YAML", help="write the lines of configuration here")
+    fit_prior.add_argument("--plot", metavar="PNG", help="draw the prior to this file")
 
 
 def run(options: argparse.Namespace) -> int:

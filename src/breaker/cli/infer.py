@@ -1,7 +1,6 @@
 """`breaker infer`: infer the state of a drive from its records."""
 
 import argparse
-import shlex
 from collections.abc import Callable, Iterable
 
 from breaker.cli import inputs
@@ -15,17 +14,15 @@ def add(infer: argparse.ArgumentParser) -> None:
     of simulated drives. A file may contain a closing, an opening or both. The exit status is 1 if
     no record can be used.
     """
-    inputs.add_path(infer, "files", "FILE", "records of one breaker, or their folder", nargs="+")
+    infer.add_argument("files", metavar="FILE", help="records of a breaker, or a folder", nargs="+")
     inputs.add_choice(infer)
     what = "known value of a parameter, the wipe, or the time of touch or separation"
     known = {"type": _fact, "metavar": "NAME=VALUE:SD"}
     infer.add_argument("--known", help=f"{what}, such as mu=2.4:0.07", **known, **inputs.SEVERAL)
-    inputs.add_path(
-        infer, "--model", "FILE", "network of another family, in place of the shipped ones"
-    )
+    infer.add_argument("--model", metavar="FILE", help="network of a family of your own")
     infer.add_argument("--json", action="store_true", help="print one JSON document")
-    inputs.add_path(infer, "--output", "CSV", "write a table with all columns to this file")
-    inputs.add_path(infer, "--plot", "PNG", "draw the result to this file")
+    infer.add_argument("--output", metavar="CSV", help="write a table to this file")
+    infer.add_argument("--plot", metavar="PNG", help="draw the result to this file")
 
 
 def _fact(text: str) -> tuple[str, list[float]]:
@@ -44,19 +41,9 @@ def _fact(text: str) -> tuple[str, list[float]]:
     return name, [value, sd]
 
 
-def _check(options: argparse.Namespace) -> None:
-    """Refuse options that contradict each other before anything is read."""
-    if models := [file for file in options.files if file.endswith(".safetensors")]:
-        raise ValueError(f"{models[0]} is a network, not a record; name it by --model")
-    check_outputs([(options.output, "table"), (options.plot, "picture")])
-    names = [name for name, _ in options.known]
-    if twice := next((name for name in names if names.count(name) > 1), ""):
-        raise ValueError(f"--known has {twice} twice; leave one of them out")
-
-
 def run(options: argparse.Namespace) -> int:
     """Infer and judge, write what is asked for, and print the answer."""
-    _check(options)
+    check_outputs([(options.output, "table"), (options.plot, "picture")])
     config = inputs.settings_of(options.config)
     limits = inputs.limits_of(config, options.config)
     # Imported here, so that --help and wrong options answer at once.
@@ -82,10 +69,6 @@ def run(options: argparse.Namespace) -> int:
     say(to_json(content) if options.json else text_of(document_of(content)))
     if rejected:
         said = "nothing was inferred" if nothing else f"rejected records: {len(rejected)}"
-        misread = [e["file"] for e in rejected if "endurance.format" in e["reason"].text]
-        for file in map(shlex.quote, misread[:1]):
-            said += f"; write the settings with `breaker inspect {file} --output my.yaml`, "
-            said += f"complete them, and run `breaker infer {file} --config my.yaml`"
         say(f"breaker: {said}", on_stderr=True)
     say_written(written, options.json)
     return int(nothing)

@@ -30,18 +30,6 @@ def limits_of(config: Mapping, overlays: Sequence[str]) -> list:
     return config["limits"] if named or config["limits"] != defaults()["limits"] else []
 
 
-def a_path(text: str) -> str:
-    """Return a path of a command: any text but "", which would be the current folder."""
-    if not text:
-        raise argparse.ArgumentTypeError("an empty text names no file or folder")
-    return text
-
-
-def add_path(command: argparse.ArgumentParser, name: str, kind: str, what: str, **more) -> None:
-    """Add an argument or option that names a file or folder: its kind and help, and how many."""
-    command.add_argument(name, type=a_path, metavar=kind, help=what, **more)
-
-
 def add_choice(command: argparse.ArgumentParser) -> None:
     """Add the options that choose among the records of a command's files."""
     command.add_argument("--motion", choices=MOTIONS, help="use only this motion")

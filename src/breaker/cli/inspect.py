@@ -5,7 +5,7 @@ import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from breaker.cli.inputs import SEVERAL, add_path, settings_of
+from breaker.cli.inputs import SEVERAL, settings_of
 from breaker.cli.outputs import check_outputs, draw, say_written, write_lines
 from breaker.common.text import say
 
@@ -17,10 +17,10 @@ def add(inspect: argparse.ArgumentParser) -> None:
     with the table, or with numbered files, the command reads all records and prints which are
     accepted, and why others are not. The exit status is 1 if no record of a motion is accepted.
     """
-    add_path(inspect, "file", "FILE|FOLDER", "an exported record, or a folder of records")
+    inspect.add_argument("file", metavar="FILE|FOLDER", help="a record, or a folder of records")
     inspect.add_argument("--channel", default="", metavar="NAME", help="column of travel")
-    add_path(inspect, "--output", "YAML|CSV", "write the proposal to this new file")
-    add_path(inspect, "--plot", "PNG", "draw the record to this file")
+    inspect.add_argument("--output", metavar="YAML|CSV", help="write the proposal to this new file")
+    inspect.add_argument("--plot", metavar="PNG", help="draw the record to this file")
     what = "columns of travel in each file, for the proposed table"
     inspect.add_argument("--channels", metavar="NAME", help=what, **SEVERAL)
 
@@ -36,10 +36,11 @@ def run(options: argparse.Namespace) -> int:
     config = settings_of(options.config)
     if not folder:
         return _look_into(options, config)
+    numbered = any(Path(options.file, motion).is_dir() for motion in config["motions"])
     if os.path.lexists(table := Path(options.file, MANIFEST)):
         why = f"is for a folder without a table, and {table} is there"
         _refuse(options, ("output", "channels"), why)
-    elif options.output or options.channels or not _is_numbered(options.file, config):
+    elif options.output or options.channels or not numbered:
         return _propose(options, config)
     return _check(options.file, config)
 
@@ -70,21 +71,6 @@ def _look_into(options: argparse.Namespace, config: Mapping) -> int:
         say(f"\nNothing is proposed, as these settings read no motion (see above):\n\n{overlay}")
     say_written(written)
     return 0 if any(motion.record for motion in proposal.motions) else 1
-
-
-def _is_numbered(folder: str, config: Mapping) -> bool:
-    """Return whether files in the folders of motions are numbered as the workflow reads them."""
-    from breaker.records.folder import list_operations
-
-    any_record = False
-    for motion in config["motions"]:
-        try:
-            any_record = bool(list_operations(folder, motion)) or any_record
-        except FileNotFoundError:
-            continue
-        except ValueError:
-            return False
-    return any_record
 
 
 def _check(folder: str, config: Mapping) -> int:

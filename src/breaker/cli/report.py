@@ -13,13 +13,11 @@ def add(report: argparse.ArgumentParser) -> None:
     curves. A file may contain O, C, C-O or O-C-O, and several channels, which are phases or poles.
     The exit status is 1 if no record can be used.
     """
-    inputs.add_path(
-        report, "files", "FILE", "records of the inspection, or their folder", nargs="+"
-    )
+    report.add_argument("files", metavar="FILE", help="records, or their folder", nargs="+")
     what = "write the report to this page, which a browser prints or saves as PDF"
-    inputs.add_path(report, "--output", "HTML", what, required=True)
-    inputs.add_path(
-        report, "--before", "FILE", "records of the earlier inspection", **inputs.SEVERAL
+    report.add_argument("--output", metavar="HTML", help=what, required=True)
+    report.add_argument(
+        "--before", metavar="FILE", help="records of the earlier one", **inputs.SEVERAL
     )
     same = "state that both inspections have the same transducer and ratio"
     report.add_argument("--same-transducer", action="store_true", help=same)
@@ -27,7 +25,7 @@ def add(report: argparse.ArgumentParser) -> None:
     report.add_argument("--channel", help=what, metavar="NAME", **inputs.SEVERAL)
     inputs.add_type(report)
     what = "good record, over which the others are drawn"
-    inputs.add_path(report, "--reference", "GOOD", what)
+    report.add_argument("--reference", metavar="GOOD", help=what)
 
 
 def run(options: argparse.Namespace) -> int:

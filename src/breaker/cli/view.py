@@ -3,6 +3,7 @@
 import argparse
 import gc
 import importlib.util
+import signal
 import sys
 import tempfile
 import webbrowser
@@ -10,7 +11,7 @@ from contextlib import suppress
 from pathlib import Path
 
 from breaker import DISTRIBUTION
-from breaker.cli.inputs import add_path, limits_of, settings_of
+from breaker.cli.inputs import limits_of, settings_of
 from breaker.common.text import say
 
 
@@ -20,7 +21,7 @@ def add(view: argparse.ArgumentParser) -> None:
     it.
     """
     what = "a folder of exports, or one export (default: the current folder)"
-    add_path(view, "folder", "FOLDER", what, nargs="?")
+    view.add_argument("folder", metavar="FOLDER", help=what, nargs="?")
     view.add_argument("--example", action="store_true", help="show exports of a simulated breaker")
     view.add_argument("--port", type=int, default=0, help="port of the page (default: a free one)")
     view.add_argument(
@@ -57,6 +58,7 @@ def run(options: argparse.Namespace) -> int:
                 with suppress(OSError, webbrowser.Error):
                     webbrowser.open(server.address)
 
+        signal.signal(signal.SIGTERM, signal.default_int_handler)  # tidy up as after Ctrl-C
         try:
             asyncio.run(server.serve(asyncio.Event(), ready))
         except KeyboardInterrupt:

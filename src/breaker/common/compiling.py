@@ -12,7 +12,6 @@ from functools import cached_property, update_wrapper, wraps
 from typing import TYPE_CHECKING, Any
 
 _PLAIN = 300_000  # elements, with which plain Python takes less time than numba to load
-_LIBRARIES = ("OMP", "OPENBLAS", "MKL", "VECLIB", "NUMEXPR")
 
 
 class _Numpy:
@@ -36,9 +35,8 @@ def set_threads(count: int) -> None:
     before, as the command line does. (Snakemake sets the same variables for its jobs.) Threads that
     wait for each other on a busy machine are slower than one alone, up to five times.
     """
-    for name in _LIBRARIES:
-        limit = "MAXIMUM" if name == "VECLIB" else "NUM"
-        os.environ[f"{name}_{limit}_THREADS"] = str(count)
+    for name in ("OMP", "OPENBLAS", "MKL"):
+        os.environ[f"{name}_NUM_THREADS"] = str(count)
     if "numba" in sys.modules:
         numba = sys.modules["numba"]
         numba.set_num_threads(min(count, numba.config.NUMBA_NUM_THREADS))

@@ -69,14 +69,6 @@ class Table:
 
 
 @dataclass(frozen=True)
-class Section:
-    """Parts below one title."""
-
-    title: str = ""
-    parts: Sequence[Remark | Table | str] = ()
-
-
-@dataclass(frozen=True)
 class Letterhead:
     """A company's name and logo (PNG) above a document; below it remarks, and lines to sign."""
 
@@ -103,8 +95,8 @@ class Document:
     title: str = ""
     plate: Sequence[tuple[str, str]] = ()
     summary: Sequence[str] = ()
-    parts: Sequence[Section | Table | Remark] = ()
-    after: Sequence[Section | Table | Remark] = ()
+    parts: Sequence[Table | Remark] = ()
+    after: Sequence[Table | Remark] = ()
     names: Mapping[str, str] = field(default_factory=dict)
     letterhead: Letterhead | None = None
 
@@ -125,15 +117,13 @@ def text_of(document: Document) -> str:
     return "\n\n".join("\n".join(lines) for lines in blocks if lines)
 
 
-def lines_of(part: Section | Table | Remark | str) -> list[str]:
+def lines_of(part: Table | Remark | str) -> list[str]:
     """Return the lines of a part of a document."""
     if isinstance(part, Remark):
         return wrapped(part.text, part.first, part.indent)
     if isinstance(part, str):
         return [part]
     lines = [part.title] if part.title else []
-    if isinstance(part, Section):
-        return [*lines, *(line for section in part.parts for line in lines_of(section))]
     lines += [line for row in _rows(part) for line in row]
     return [*lines, *(line for note in part.notes for line in wrapped(note))]
 
@@ -181,7 +171,7 @@ def html_page(document: Document, pictures: Sequence[bytes] = ()) -> str:
     return _NAME.sub(lambda of: document.names.get(of[0], of[0]), text)
 
 
-def html_part(part: Section | Table | Remark | str) -> str:
+def html_part(part: Table | Remark | str) -> str:
     """Return a part of a document as HTML, for a page that has a style of its own."""
     return visible_text(_page().module.part(part))
 

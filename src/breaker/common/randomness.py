@@ -10,8 +10,6 @@ import numpy as np
 
 def generator(seed: int, *purpose: str | int) -> np.random.Generator:
     """Return the generator of a seed, from 0 on, and a purpose, such as ``"bank", "closing"``."""
-    if not purpose:  # two streams would be identical
-        raise ValueError("a generator needs a purpose, such as generator(seed, 'bank', 'closing')")
     words = np.frombuffer(hashlib.sha256(repr(purpose).encode()).digest(), dtype="<u4")
     return np.random.default_rng([seed, *words.tolist()])
 

@@ -10,29 +10,28 @@ from breaker.model.quantities import in_words
 from breaker.shipped import ADVICE, FAMILIES, SIMULATED_TEST, family_file
 
 
-def _checked(file: str | Path, section: str) -> dict[str, Any]:
-    """Return the content of a file; ConfigurationError if it does not fit a class of settings."""
-    from breaker.configuration import settings
-    from breaker.configuration.checking import dotted, problems
-
-    content = read(file)
-    if wrong := problems(getattr(settings, section), content):
-        lines = [f"{file}: {dotted(key)} {text}" for key, text in wrong.items()]
-        raise ConfigurationError("\n  ".join(lines))
-    return content
-
-
 def family_of(name: str) -> dict[str, Any]:
-    """Return a family of ``breaker.shipped`` or a YAML file; ConfigurationError if it is wrong."""
+    """Return a family of ``breaker.shipped`` or a YAML file; ConfigurationError if none is there.
+
+    ``Family`` checks what is in it.
+    """
     file = Path(name) if name.endswith((".yaml", ".yml")) else family_file(name)
     if not file.exists():
         raise ConfigurationError(f"{name} is not there. Take {', '.join(FAMILIES)}, or a YAML file")
-    return _checked(file, "FamilyFile")
+    return read(file)
 
 
 def types_of(config: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
     """Return the entries of the file ``types`` by type; ConfigurationError if one is wrong."""
-    types = _checked(config["types"], "TypesFile") if config["types"] else {}
+    if not config["types"]:
+        return {}
+    from breaker.configuration.checking import problems
+    from breaker.configuration.settings import TypesFile
+
+    types = read(config["types"])
+    if wrong := problems(TypesFile, types):
+        lines = [f"{config['types']}: {key} {text}" for key, text in wrong.items()]
+        raise ConfigurationError("\n  ".join(lines))
     for name in types:
         try:
             laid_over({"speeds": config["speeds"], "limits": []}, entry_of_type(types, name))
@@ -94,9 +93,9 @@ def simulated_test(config: Mapping[str, Any]) -> dict[str, Any]:
     return read(SIMULATED_TEST) | config["simulated_test"]
 
 
-def advice_of(own: Mapping[str, str] | None = None) -> dict[str, str]:
-    """Return where to look first, by quantity: the words that ship, or one's own instead."""
-    return {**read(ADVICE), **(own or {})}
+def advice_of() -> dict[str, str]:
+    """Return where to look first, by quantity."""
+    return read(ADVICE)
 
 
 def advice_on(names: Iterable[str], advice: Mapping[str, str]) -> list[str]:

@@ -7,7 +7,7 @@ this tree, and ``checking`` compares a configuration with them.
 import re
 from collections.abc import Callable
 from copy import deepcopy
-from typing import Annotated, Any, Literal, get_args
+from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, RootModel, create_model
 
@@ -69,7 +69,7 @@ def _where(kind: Any, holds: Callable[[Any], object], text: str) -> Any:
 
 def _known(pair: list[float]) -> list[float]:
     if complaint := check_fact(*pair):
-        raise ValueError(f"it {complaint.removesuffix('.')}")
+        raise ValueError(complaint)
     return pair
 
 
@@ -91,17 +91,15 @@ _TOLERANCE = r"^(±|\+/?-)? ?[0-9]{1,6}(\.[0-9]{1,6})? ?%?$"
 Tolerance = _number(float, high=1e6, gt=0) | _form(20, _TOLERANCE, "a text such as 3 % or ±0.4")
 Text = _text()
 Colour = _form(7, "^#[0-9a-fA-F]{6}$", "a colour such as '#8a4b12'")
-Words = Annotated[str, Field(max_length=400)]
 Unit = Literal["mm", "cm", "m", "um", "inch", "deg", "rad", "V", "counts", "%"]
 Stroke = _list(_number(float, high=1000, gt=0), 2, 2)
 Sizes = _list(_number(int, 1, 10_000), 1, 16)
 Hidden = _list(_number(int, 1, 512), 1, 4)
 Optimiser = Literal["muon", "muon_edges"]
 Posterior = Literal["amortised", "corrected"]
-_ORDERED = (lambda ends: ends[0] <= ends[1], "the first must not exceed the second")
-Numbers = _where(_list(_number(int, 0, 10**9), 2, 2), *_ORDERED)
-Range = _where(_list(_number(float, -100, 100), 2, 2), *_ORDERED)
-Motions = _where(_list(Motion, 1, 2), lambda some: len({*some}) == len(some), "no motion twice")
+Motions = _where(
+    _list(Motion, 1, 2), lambda some: len({*some}) == len(some), "must not have a motion twice"
+)
 _INTERVAL = r"^(every operation|([0-9]+\.)?[0-9]*[1-9][0-9]* (operation|year)s?)$"
 Interval = _form(40, _INTERVAL, "every operation, or a text such as 100 operations or 1 year")
 Events = dict[str, _list(Literal[("all", "transducer", *NAMES)], 0, 9)]
@@ -343,7 +341,6 @@ Settings = _section(
             opening=_f(float | None, None, "ms, in opening.", high=100, gt=0),
         ),
     ),
-    advice=_f(dict[str, Words], {}, "Where to look first, by quantity; {}: shipped words."),
 )
 
 
@@ -364,31 +361,3 @@ TypeEntry = _section(
     moving_mass=(_number(float, 1e-3, 1e5) | None, None),
 )
 TypesFile = RootModel[dict[Text, TypeEntry]]
-
-Effect = Literal[
-    *("lever_turn", "lever_lean", "dry_friction", "opening_preload", "contact_preload", "build_up"),
-    *("train_mass", "train_friction", "restitution", "force_fall", "drag", "linkage", "growth"),
-    *("stick", "slip", "load", "opening_progress", "drag_power", "reading", "way_force"),
-    *("time_force", "speed_force", "friction_speed"),
-]
-KindOfWear = dict[Literal["share", "parameters", "elements"], float | Numbers]
-Stop = Literal["closing_stop", "opening_stop"]
-StopPart = Literal["reach", "damping", "power", "depth", "stiffness", "profile"]
-Worn = Literal[(*NAMES, *get_args(Effect), "closing_stop.damping", "opening_stop.damping")]
-
-FamilyFile = _section(
-    "Definition of a family of drives.",
-    strength=(Range | float, ...),
-    contacts=(dict[Literal["elastic", "held", "sliding"], float], {}),
-    held_preload=(Range, [0.0, 0.0]),
-    touch=(Range, [0.0, 1.0]),
-    effects=(dict[Effect | Stop, Range | dict[StopPart, Range]], ...),
-    wear=_section(
-        "How many parameters and effects change, of one kind of wear or of several with shares.",
-        parameters=(Numbers, [0, 0]),
-        elements=(Numbers, [0, 0]),
-        kinds=(dict[Literal["none", "sparse", "dense"], KindOfWear], {}),
-        smallest=(float, 1.0),
-        change=(dict[Worn, Range], ...),
-    ),
-)

@@ -7,7 +7,7 @@ the records determine. docs/reference/files.md lists the keys of the JSON.
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
-from breaker.common.document import Cell, Document, Remark, Section, Table
+from breaker.common.document import Cell, Document, Remark, Table
 from breaker.common.numerals import first_of, in_digits, in_p
 from breaker.common.plain_values import Plain, note_of, plainly
 from breaker.common.randomness import generator
@@ -211,7 +211,7 @@ def compare_inspections(diagnosis: Diagnosis, inspections: Inspections) -> Inspe
         dates={name: identity.days_of(some) for name, some in used.items()},
         doubts=[*dict.fromkeys(doubts)],
     )
-    advice = advice_on(document.worse, advice_of(diagnosis.config["advice"]))
+    advice = advice_on(document.worse, advice_of())
     return replace(document, advice=advice)
 
 
@@ -297,7 +297,8 @@ def _by_motion(records: Sequence[DriveRecord]) -> dict[str, list[Record]]:
 def words_of_change(document: InspectionChange) -> Document:
     """Return a comparison in words."""
     limits = [limits_table(("", limit) for limit in document.limits)] if document.limits else []
-    look = [Section(say("look-first"), [*map(Remark, document.advice)])] if document.advice else []
+    advice = [*map(Remark, document.advice)]
+    look = [Table(title=say("look-first"), rows=advice)] if advice else []
     warnings = [f"WARNING: {warning}" for warning in document.warnings]
     return Document(
         summary=[*warnings, *document.summary], parts=[*limits, _table(document), *look]

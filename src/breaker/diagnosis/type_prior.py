@@ -16,7 +16,7 @@ from typing import NamedTuple, Self
 import numpy as np
 import yaml
 
-from breaker.common.document import Document, Remark, Section, text_of
+from breaker.common.document import Document, Remark, Table, text_of
 from breaker.common.numerals import in_digits
 from breaker.common.text import bare, usual_spelling
 from breaker.configuration.definitions import family_of
@@ -227,9 +227,10 @@ def document_of(fitted: TypePrior) -> Document:
     about |= {"breakers": ", ".join(fitted.names)}
     remarks = [Remark(sentence, "WARNING: ") for sentence in warnings_of(fitted)]
     title = say("type-rejected", count=len(fitted.rejected))
-    rejected = [Section(title, [Remark(e) for e in fitted.rejected])] if fitted.rejected else []
+    reasons = [Remark(reason) for reason in fitted.rejected]
+    rejected = [Table(title=title, rows=reasons)] if reasons else []
     summary = [say("type-source", **about)]
-    return Document(summary=summary, parts=[Section(parts=remarks), *rejected])
+    return Document(summary=summary, parts=[Table(rows=remarks), *rejected])
 
 
 def warnings_of(fitted: TypePrior) -> list[Sentence]:

@@ -29,6 +29,12 @@ class Family:
     prior: Prior
     settings: Mapping
 
+    def __post_init__(self) -> None:
+        known = {field.name for field in fields(Elements)}
+        if unknown := sorted(self.settings["effects"].keys() - known):
+            what = f"the family has unknown effects: {', '.join(unknown)}"
+            raise ValueError(f"{what}. Name effects of {', '.join(sorted(known))}")
+
     def new(self, rng: np.random.Generator) -> Drive:
         """Draw a drive in new condition; again with its kind of contact if it does not work.
 

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from breaker.common.document import Document, Remark, Section, Table
+from breaker.common.document import Document, Remark, Table
 from breaker.common.numerals import in_digits
 from breaker.records.curves import Grid, GriddedRecord, read_records
 from breaker.records.files import RejectedCurveError, printable
@@ -101,8 +101,8 @@ def document_of(groups: Sequence[CheckedGroup]) -> Document:
         rows.append([group.name, *map(str, counts), *ranges])
         texts["Rejected:"] += rejected
         texts["Remarks on accepted records:"] += remarked
-    errors = [Section(f"{group.name}: {group.error}") for group in groups if group.error]
-    lists = [Section(title, _grouped(lines)) for title, lines in texts.items() if lines]
+    errors = [Table(title=f"{group.name}: {group.error}") for group in groups if group.error]
+    lists = [Table(title=title, rows=_grouped(lines)) for title, lines in texts.items() if lines]
     return Document(parts=[Table(head, rows), *errors, *lists])
 
 

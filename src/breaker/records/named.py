@@ -18,8 +18,9 @@ from breaker.records import folder
 from breaker.records.dates import one_date
 from breaker.records.file_names import number_poles, phases_in_names
 from breaker.records.files import Files, Opened, printable
-from breaker.records.formats.registry import stated_in
+from breaker.records.formats.registry import look_into, stated_in
 from breaker.records.operations import MANIFEST, Operation
+from breaker.records.settings import FORMAT
 
 ANY = ""
 """Key of operations whose files may have any motion."""
@@ -143,10 +144,11 @@ def _channels(file: Opened, form: Mapping, choice: Choice) -> dict[str, str]:
         return {channel: stated.phase_of(channel or form["travel_column"])}
     from breaker.records.description import travel_channels  # most commands need none
 
-    moving = {}
+    moving, usual = {}, form["travel_column"]
     with suppress(ValueError):  # read as configured, or rejected with the reason
-        channels_found = travel_channels(file, form["travel_column"])
-        moving = {column: name for column, (name, _) in channels_found.items()}
+        if usual == FORMAT["travel_column"] or look_into(file, usual).place_of(usual) is not None:
+            some = travel_channels(file, usual)
+            moving = {column: name for column, (name, _) in some.items()}
     names = {item: moving.get(item, item) for item in choice.channels or moving or [""]}
     return {key: "" if len(names) == 1 and name == key else name for key, name in names.items()}
 

@@ -13,7 +13,7 @@ from statistics import mode
 import numpy as np
 import yaml
 
-from breaker.common.document import Document, Remark, Section, Table
+from breaker.common.document import Document, Remark, Table
 from breaker.common.numerals import in_digits
 from breaker.common.text import visible_text
 from breaker.records import description
@@ -131,13 +131,14 @@ def words_of(proposal: Proposal) -> Document:
     said = [("", f"{m.motion}, {m.column}", text) for m in proposal.motions for text in m.said]
     for (_, where, text), *others in alike(said):
         remarks.append(f"{where}{f' and {len(others)} more' if others else ''}: {text}")
-    parts = [Section(str(sheet.file), [f"  {sheet.kind}; {size}; {at}, {rate}"])]
+    parts = [Table(title=str(sheet.file), rows=[f"  {sheet.kind}; {size}; {at}, {rate}"])]
     parts += [table for table in tables if table.rows]
     parts += (
-        [Section("To look at:", [Remark(remark, ITEM) for remark in remarks])] if remarks else []
+        [Table(title="To look at:", rows=[Remark(e, ITEM) for e in remarks])] if remarks else []
     )
     if lacking := " and ".join(proposal.lacking):
-        parts.append(Section(f"Fill in {lacking}. Above, a number stands in for what is lacking."))
+        what = "Above, a number stands in for what is lacking."
+        parts.append(Table(title=f"Fill in {lacking}. {what}"))
     return Document(parts=parts)
 
 

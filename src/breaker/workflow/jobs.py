@@ -52,8 +52,5 @@ def start(job: object) -> logging.Logger:
 
 
 def _log_exception(kind: type[BaseException], error: BaseException, trace: Any) -> None:
-    logger = logging.getLogger("breaker")
-    if issubclass(kind, KeyboardInterrupt):
-        logger.error("interrupted")
-    else:
-        logger.error("%s: %s", kind.__name__, error, exc_info=(kind, error, trace))
+    about = kind.__name__, error
+    logging.getLogger("breaker").error("%s: %s", *about, exc_info=(kind, error, trace))
