@@ -135,10 +135,11 @@ FAULTS = [
     (content(lambda c: HUGE + b"{}"), ""),
     (content(lambda c: (900_000).to_bytes(8, "little") + b"[" * 900_000), ""),
     (parts(lambda s, t: t.pop("inference.head.bias")), "inference.head.bias"),
+    (parts(lambda s, t: t.update(more=np.ones(2))), "more"),
     (parts(lambda s, t: t.update(curve_mean=t["curve_mean"].astype("f4"))), "curve_mean"),
     (parts(lambda s, t: t["inference.head.bias"].fill(np.nan)), "inference.head.bias"),
     (parts(lambda s, t: t["solver_steps"].fill(0)), "solver_steps is 0"),
-    (parts(lambda s, t: s["sensor"].update(samples=41)), "(41"),
+    (parts(lambda s, t: s["sensor"].update(samples=41)), "[41]"),
     (sizes(depth=3), "depth"),
     (parts(lambda s, t: t["solver_steps"].fill(10**12)), "solver_steps is 1000000000000"),
 ]
