@@ -19,7 +19,7 @@ from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
 from pickle import UnpicklingError
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 import numpy as np
 import torch
@@ -150,16 +150,11 @@ def choose_device(name: str) -> torch.device:
 # ---- batches ----
 
 
-class Batches(Protocol):
-    """What makes the batches of a training."""
-
-    def batch(self, step: int, n: int, rng: torch.Generator) -> Sequence[Tensor]:
-        """Return the batch of ``n`` rows of a step of a training."""
-        ...
-
-
 class DrawnRows:
-    """Rows of which a batch takes any, with replacement, by ``draw(rows, rng)``."""
+    """Rows of which a batch takes any, with replacement, by ``draw(rows, rng)``.
+
+    Rows that are made for their batch have a ``batch`` of their own.
+    """
 
     def batch(self, step: int, n: int, rng: torch.Generator) -> Sequence[Tensor]:
         """Return the batch of ``n`` rows of a step of a training."""
@@ -312,7 +307,7 @@ class Trainer:
     """
 
     network: nn.Module
-    rows: Batches
+    rows: DrawnRows
     validation: DrawnRows
     settings: Mapping
     seed: int
@@ -321,12 +316,10 @@ class Trainer:
     weight_decay: float = 0.0
     clip: float = 1000.0
     ema: float = 0.999
-    step: int = field(default=0, init=False)
-    best_step: int = field(default=0, init=False)
-    best_loss: float = field(default=math.inf, init=False)
 
     def __post_init__(self) -> None:
         name = self.network.name
+        self.step, self.best_step, self.best_loss = 0, 0, math.inf
         self.losses: list[float] = []
         self.evaluations: list[tuple[int, float]] = []
         self.weights = list(self.network.parameters())

@@ -82,7 +82,7 @@ class Rows(DrawnRows):
 
 
 @dataclass
-class OnlineRows:
+class OnlineRows(DrawnRows):
     """Rows that are simulated for the batch that takes them: no row is seen twice."""
 
     posterior: Posterior
