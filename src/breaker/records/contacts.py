@@ -272,9 +272,7 @@ def _main(
 
 def _as_travelled(contact: ContactTimes, located: LocatedMotion) -> ContactTimes:
     """Return times unless they contradict the travel: a drive at rest switches no contact."""
-    before, after = located.segment.before, located.segment.after
-    arrived = (located.left - before) / (after - before) >= 1.0 - LEAST
-    end = located.time[located.inside][arrived][:1].min(initial=np.inf)
+    end = located.time[located.inside][located.done >= 1.0 - LEAST][:1].min(initial=np.inf)
     if contact.time > end:
         raise NotShownError(f"it switches at {contact.time:.1f} ms, after the travel has arrived")
     return contact._replace(main=np.nan, main_sd=np.nan) if contact.main > end else contact

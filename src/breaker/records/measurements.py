@@ -120,7 +120,7 @@ class Reading:
         located, segment, moves = self.located, self.located.segment, self.located.moves
         time, sign = located.time[located.inside], 1.0 if located.motion == "closing" else -1.0
         forward = sign * located.left
-        done = (forward - sign * segment.before) / segment.stroke >= 0.01 * max(SHARES.values())
+        done = located.done >= 0.01 * max(SHARES.values())
         done &= time >= moves  # an outlier may lie before
         if not done.any():
             raise UnusableError("the motion does not go on to 90 % of its stroke")

@@ -250,6 +250,11 @@ class LocatedMotion:
         """That of the motion."""
         return self.sure[self.inside]
 
+    @cached_property
+    def done(self) -> np.ndarray:
+        """Shares of the way that are done, ``(m,)``; NaN where a sample is missing or doubtful."""
+        return (self.left - self.segment.before) / (self.segment.after - self.segment.before)
+
     @property
     def step(self) -> float:
         """Time between two samples, ms."""
@@ -283,16 +288,13 @@ class LocatedMotion:
     @cached_property
     def ripple(self) -> float:
         """Root mean square of a ripple of the reading during the motion, mm; 0 if none is clear."""
-        before, after = self.segment.before, self.segment.after
-        ripple = ripple_of((self.left - before) * np.sign(after - before), abs(after - before))
-        return max(ripple, self.hum[0] / np.sqrt(2.0))
+        return max(self.segment.stroke * ripple_of(self.done), self.hum[0] / np.sqrt(2.0))
 
     @cached_property
     def first_motion_sd(self) -> float:
         """Standard deviation of the first motion, ms: of its fit, and where the reading ripples."""
-        before, after = self.segment.before, self.segment.after
-        done = (self.left - before) / (after - before)
-        done[self.time[self.inside] < self.moves] = 0.0  # there another motion may end
+        there = self.time[self.inside] >= self.moves  # before, another motion may end
+        done = np.where(there, self.done, 0.0)
         low, high = ((done >= share).argmax() for share in (0.3 * _BEGUN, 2 * _BEGUN))
         slow = (high - low) * self.step / (1.7 * _BEGUN)  # ms/stroke
-        return float(np.hypot(self.moves_sd, self.ripple / abs(after - before) * slow))
+        return float(np.hypot(self.moves_sd, self.ripple / self.segment.stroke * slow))

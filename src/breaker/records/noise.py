@@ -135,19 +135,16 @@ def hum_of(time: np.ndarray, travel: np.ndarray, moves: float) -> tuple[float, f
     return 0.0, 0.0
 
 
-def ripple_of(way: np.ndarray, stroke: float) -> float:
-    """Return the rms of a reading's ripple about a motion, mm; 0 where none is clear.
+def ripple_of(way: np.ndarray) -> float:
+    """Return the rms of a reading's ripple about a motion, strokes; 0 where none is clear.
 
     A transducer on an elastic linkage swings about the drive's own way, by as much as the motion is
     fast. No mean of samples takes that error away: without it, 2 of 3,000 values of
     ``studies.exports`` more are false (60 sheets, seed 78).
 
     Args:
-        way: Way from the rest before, in the direction of the motion, ``(n,)``, mm, evenly spaced;
-            NaN where a sample is missing.
-        stroke: From there to the rest after it, mm.
+        way: Share of the way that is done, ``(n,)``, evenly spaced; NaN where a sample is missing.
     """
-    way = way / stroke
     end = int((way >= 0.95).argmax())
     begin = end - int((way[end::-1] <= 0.05).argmax())
     there = np.flatnonzero(~np.isnan(way[begin:end]))
@@ -171,7 +168,7 @@ def ripple_of(way: np.ndarray, stroke: float) -> float:
             return 0.0
         ripple.append((best, amplitude))
     (first, amplitude), (second, _) = ripple
-    return amplitude * stroke / np.sqrt(2.0) if abs(first - second) <= 2 else 0.0
+    return amplitude / np.sqrt(2.0) if abs(first - second) <= 2 else 0.0
 
 
 def filled(travel: np.ndarray) -> np.ndarray:

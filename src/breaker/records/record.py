@@ -57,9 +57,7 @@ class Record(LocatedMotion):
     @cached_property
     def no_drive(self) -> str:
         """Why the motion cannot be of a breaker's drive, so that no limit is judged; or ""."""
-        before, after = self.segment.before, self.segment.after
-        done = (self.left - before) / (after - before)
-        return of_no_drive(self.motion, self.time[self.inside], done, self.segment.stroke)
+        return of_no_drive(self.motion, self.time[self.inside], self.done, self.segment.stroke)
 
     def remarks_on(self, grid: "Grid | None" = None) -> list[str]:
         """Return remarks on the record, and on how it fits the errors that a model assumes."""
