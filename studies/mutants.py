@@ -32,7 +32,8 @@ AREAS = {
                    "paper/test_weights paper/test_transport paper/test_corrections "
                    "paper/test_exactness"),
     "measurements": ("records/measurements records/propagation records/first_motion",
-                     "records/test_first_motion records/test_propagation records/test_measured"),
+                     "records/test_readings records/test_first_motion records/test_propagation "
+                     "records/test_measured"),
     "forecast": ("prognosis/forecast prognosis/states prognosis/service",
                  "prognosis/test_forecast prognosis/test_states prognosis/test_service "
                  "prognosis/test_tables"),

@@ -10,7 +10,6 @@ from breaker.model.evaluation import evaluate
 from breaker.model.quantities import quantities_of, speeds_of
 from breaker.records.contacts import ContactTimes
 from breaker.records.measurements import measure_curve
-from breaker.records.motion import find_segment
 from tests.raws import swinging
 
 SPEEDS = speeds_of(
@@ -241,18 +240,6 @@ def test_a_creep_that_noise_hides_is_in_the_stated_error(creeps):
         sds.append(result.sd)
     assert np.mean(held) >= 0.85
     assert creeps or np.median(sds) < 0.003 * 13.5
-
-
-def test_a_motion_behind_another_one_begins_at_rest():
-    """The time from 90 % of a closing to its rest is no rest of the opening."""
-    time = np.arange(0.0, 400.0, 0.1)
-    travel = swinging(time - 40.0, 170.0, 50.0) - swinging(time - 240.0, 170.0, 30.0)
-    travel += 0.1 * np.random.default_rng(1).standard_normal(time.size)
-    segment = find_segment(time, travel, "opening")
-    assert time[segment.begin] > 85.0
-    result = measure_curve(time, travel, "opening")["stroke"]
-    assert abs(result.value - 170.0) < 0.2
-    assert result.sd < 0.2
 
 
 @pytest.mark.parametrize("drift", [0.0, 0.01, -0.02])
