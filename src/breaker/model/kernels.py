@@ -156,9 +156,9 @@ def _fill(polynomial, times, travel, first, stop, middle, h):
 
 @njit(**_fused)
 def _value_and_slope(polynomial, u):
-    value, slope = polynomial[-1], 0.0
-    for k in range(polynomial.size - 2, -1, -1):
-        value, slope = value * u + polynomial[k], slope * u + value
+    value = slope = 0.0
+    for coefficient in polynomial[::-1]:
+        value, slope = value * u + coefficient, slope * u + value
     return value, slope
 
 

@@ -310,7 +310,7 @@ def correct(
                 result = last
     except np.linalg.LinAlgError as error:
         failure = f"no map: {error}"
-    weights = result.weights if result else drawn[-1].weights if drawn else _UNKNOWN
+    weights = (result or drawn[-1]).weights if drawn else _UNKNOWN
     reason = failure or weights.fault
     if result is None or weights.size == 0:
         return Corrected(np.full(draws.shape, np.nan), weights, done, False, reason)
