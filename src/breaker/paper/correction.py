@@ -318,7 +318,7 @@ def correct(
     return Corrected(model.destandardise(chosen), weights, done, not reason, reason)
 
 
-_UNKNOWN = Importance(np.full(1, np.nan), *[np.nan] * 3, 0)
+_UNKNOWN = Importance(np.array([np.nan]), *[np.nan] * 3, 0)
 
 
 def _refit(drawn: Sequence[_Draws]) -> TriangularMap:
