@@ -36,10 +36,11 @@ _AFTER = 8.0  # times that, farthest rest after it,
 _LATE = 0.6  # share of the time after the arrival that counts
 _PARTS = 4  # of the rest after a motion, whose means are compared
 _DRIFTS = 0.8  # times the way that a drift goes on, its error
-# What still moves in the last rest is a geometric series of its parts, of a ratio in these bounds.
-_RATIO = -0.3, 0.8
-# Error of a rest, chosen by the coverage of simulated strokes (studies.measuring, studies.exports):
-_CARRIED, _MOVED, _HIDES = 0.5, 0.3, 0.7  # of what is carried on, of the way in it, of noise's
+_TAIL = 0.7  # share of the time after the arrival in which a drive is seen to settle
+_CERTAIN = 0.01  # strokes, the sd of where it settles at most
+# Error of a rest in times of the way in it, chosen by the coverage of simulated strokes
+# (studies.measuring, studies.exports): of one that is fitted, that moves, that noise may hide.
+_FITTED, _MOVED, _HIDES = 0.1, 1.5, 0.7
 _UNSEEN, _FADES = 0.04, 2.2  # strokes of a swing that turns there, and how fast it fades, durations
 # Share of its speed that a drive loses at once where it picks the contact up, and its sd: none if
 # the contact is elastic, a third where it is half as heavy as the drive and rigid.
@@ -207,11 +208,10 @@ class Reading:
         if way < _SEEN * trace.sd(parts[-1] - parts[0]):
             rest = trace.rest(self._late, end)
             return rest + error_of(0.0, math.hypot(error, _HIDES * way))
-        before, last = np.diff(means)[-2:]
-        ratio = float(np.clip(last / before, *_RATIO)) if before else 0.0
-        on = (parts[-1] - parts[-2]) * (ratio / (1.0 - ratio))
-        error = math.hypot(error, _CARRIED * abs(on.value) + _MOVED * way)
-        return parts[-1] + on + error_of(0.0, error)
+        rest = trace.settles(end - _TAIL * (end - self.arrival), end)
+        if rest is not None and trace.sd(rest) < _CERTAIN * trace.stroke:
+            return rest + error_of(0.0, math.hypot(error, _FITTED * way))
+        return parts[-1] + error_of(0.0, math.hypot(error, _MOVED * way))
 
     @property
     def _late(self) -> float:

@@ -13,7 +13,7 @@ from itertools import count, pairwise
 import numpy as np
 
 from breaker.records.noise import filled, running_mean
-from breaker.records.rejections import NotShownError
+from breaker.records.rejections import FEWEST, NotShownError
 
 FEW = 6
 """Samples of a local fit, two more than its numbers, and of the mean of a rest."""
@@ -24,6 +24,7 @@ _WIDTH, _BEND = 11.0, 0.02
 _MEMORY = 1e-4  # correlation of samples that counts as none
 _SLIP = 0.7  # times a slip, its error: any part of it may be travel
 _NUMBERS = count()  # of errors
+_BLOCKS = 40  # means of neighbouring samples in which a rest is looked for; more give the same
 
 
 @dataclass(eq=False)
@@ -62,6 +63,31 @@ class LocalCubic:
             step = (self.value(time, order) - value) / slope if slope else 0.0
             time = min(max(time - step, self.near - self.half), self.near + self.half)
         return time
+
+
+def settling(travel: np.ndarray) -> tuple[float, np.ndarray] | None:
+    """Return where travel comes to rest, mm, and the weights of its samples in that, ``(n,)``.
+
+    Late in a motion ``y'' + r y' + s (y - e) = 0``, a damped swing or the sum of two decays about
+    the rest e. Integrated twice, this is linear in r, s and s e, and integrals average the noise.
+
+    Args:
+        travel: Travel, ``(n,)``, mm, evenly spaced; no sample missing.
+
+    Returns:
+        None where the travel does not settle.
+    """
+    n = travel.size
+    integral = (np.tril(np.ones((n, n))) - 0.5 * np.eye(n)) / n  # by trapezia
+    integral[:, 0] -= 0.5 / n
+    once, x = integral @ travel, np.arange(n) / n
+    inverse = np.linalg.pinv(np.column_stack([np.ones(n), x, x**2, -once, -integral @ once]))
+    _, _, square, r, s = inverse @ travel
+    if not (r > 0.0 and s > 0.0):
+        return None
+    rest = 2.0 * square / s
+    slopes = np.array([0.0, 0.0, 2.0 / s, 0.0, -rest / s]) @ inverse
+    return float(rest), slopes + (r * slopes + s * slopes @ integral) @ integral
 
 
 @dataclass(frozen=True, eq=False)
@@ -163,6 +189,19 @@ class Trace:
         if min(self._window(*part).size for part in pairwise(marks)) < FEW:
             return []
         return [self.rest(*part) for part in pairwise(marks)]
+
+    def settles(self, begin: float, end: float) -> Uncertain | None:
+        """Return where travel that still moves between two times comes to rest, None if unseen."""
+        window = self._window(begin, end)
+        every = max(1, window.size // _BLOCKS)
+        window = window[window.size % every :]
+        if window.size < FEWEST * every:
+            return None
+        result = settling(self.travel[window].reshape(-1, every).mean(axis=1))
+        if result is None:
+            return None
+        rest = self._of(result[0], window, np.repeat(result[1], every) / every)
+        return rest + error_of(0.0, self._rounding())
 
     def at(self, time: Uncertain) -> Uncertain:
         """Return the travel at a time."""
