@@ -1,9 +1,3 @@
-# make all    the whole paper: environment, then snakemake -c$(CORES) all
-# make test   the same environment: lint, unit tests, the whole workflow at a small size
-# make test-all      the same, with sweeps, deployments and all dry runs of the workflow
-# make test-faults   100,000 damaged files before the reader
-# make test-slurm    the whole workflow at a small size through a scheduler
-
 PYTHON ?= python3
 CORES ?= 2
 

@@ -1,8 +1,7 @@
-"""What computes: numpy and numba, each loaded when it is first used, and the number of threads.
+"""Numpy and numba, each loaded when it is first used, and the number of threads.
 
-The plan of the workflow is made where numpy is not installed. Inner loops are compiled by numba;
-where it lacks, functions run as they are. A division by zero gives inf or nan everywhere, as it
-does in numpy.
+Inner loops are compiled by numba if it is installed, and else run as they are. A division by zero
+gives inf or nan everywhere, as in numpy.
 """
 
 import os
@@ -31,9 +30,8 @@ else:
 def set_threads(count: int) -> None:
     """Compute on as many threads from now on: torch, numba and the linear algebra.
 
-    The linear algebra of numpy reads the number when numpy is loaded, and never again: call this
-    before, as the command line does. (Snakemake sets the same variables for its jobs.) Threads that
-    wait for each other on a busy machine are slower than one alone, up to five times.
+    Call this before numpy is loaded, whose linear algebra reads the number only then. (Snakemake
+    sets the same variables for its jobs.)
     """
     for name in ("OMP", "OPENBLAS", "MKL"):
         os.environ[f"{name}_NUM_THREADS"] = str(count)
@@ -48,11 +46,11 @@ def set_threads(count: int) -> None:
 
 
 def compiled(*, late: bool = False, **options: Any) -> Callable[[Callable], Callable]:
-    """Return a decorator that compiles a function, and keeps the machine code for later processes.
+    """Return a decorator that compiles a function, and keeps the machine code for later processes
+    if its folder can be written. Options are those of ``numba.njit``.
 
-    Where nothing can be kept, as in a read-only container, every process compiles anew. ``late``
-    runs the function as it is until a process has seen some arrays: what reads one record then does
-    without numba, which takes longer to load than all else. Options are those of ``numba.njit``.
+    ``late`` runs the function as it is until a process has seen many elements: a command that reads
+    one record does without numba, which takes longer to load than all else.
     """
 
     def decorate(function: Callable) -> Callable:

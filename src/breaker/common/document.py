@@ -130,8 +130,8 @@ def lines_of(part: Table | Remark | str) -> list[str]:
 
 def wrapped(text: str, first: str = "  ", indent: str = "    ") -> list[str]:
     """Return the lines of a text, by how the first and others begin."""
-    look = {"initial_indent": first, "subsequent_indent": indent}
-    return wrap(text, _WIDTH, break_long_words=False, break_on_hyphens=False, **look)
+    about = {"break_long_words": False, "break_on_hyphens": False}
+    return wrap(text, _WIDTH, initial_indent=first, subsequent_indent=indent, **about)
 
 
 def _rows(table: Table) -> Iterator[list[str]]:
