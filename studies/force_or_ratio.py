@@ -1,16 +1,14 @@
 """A weaker force or another ratio of the transducer: which of both a comparison reports.
 
-    python -m studies.force_or_ratio --rows rows.csv --table docs/force_or_ratio.csv
+    python -m studies.force_or_ratio --table docs/force_or_ratio.csv --cores 2
 
 Drives of the model, and of the independent simulator in ``studies.other_code``. One parameter, or
 the ratio of the transducer, changes between two inspections of three records of each motion, with
 noise of 0.1 mm. All parameters scatter by 0.4 % from operation to operation.
 """
 
-import argparse
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from itertools import product
-from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import numpy as np
@@ -19,6 +17,7 @@ import pandas as pd
 from breaker.common.randomness import generator
 from breaker.configuration.loading import load
 from breaker.diagnosis.changes import Pair, compare
+from breaker.diagnosis.estimate import DriveRecord
 from breaker.diagnosis.explanations import explain
 from breaker.diagnosis.inspection_change import inspection_change
 from breaker.diagnosis.reading import read_operations
@@ -32,10 +31,11 @@ from breaker.model.prior import Prior
 from breaker.model.quantities import SPEEDS
 from breaker.records.operations import Operation
 from studies.other_code import Other
-from studies.shared import append
+from studies.shared import in_pool, parser, sampled
 
 TIMES, START_SD = np.arange(-10.0, 70.0, 0.1), 0.3  # ms
 NOISE, SCATTER = 0.1, 0.004  # mm of a sample, and share of a parameter by operation
+ROOM = 1e-9  # percent by which a change may be outside its interval: of one that is zero
 CHANGES = {
     "unchanged": {}, "f -3": {"f": 0.97}, "f -5": {"f": 0.95}, "f -8": {"f": 0.92},
     "ratio -6": {"ratio": 0.94}, "ratio +6": {"ratio": 1.06},
@@ -43,9 +43,7 @@ CHANGES = {
     "k_a -2": {"k_a": 0.98}, "k_a -4": {"k_a": 0.96}, "L +2": {"L": 1.02}, "L +4": {"L": 1.04},
 }  # fmt: skip
 
-COLUMNS = ["simulator", "drive", "change", "same", "family", "state", "parameter", "reported",
-           *(f"p_{cause}" for cause in ("none", "drive", "ratio", "rate")), "ratio_0", "ratio_2",
-           *(f"{name}_{k}" for name in NAMES for k in range(3))]  # fmt: skip
+Records = Sequence[DriveRecord]
 
 
 class Drive:
@@ -95,66 +93,49 @@ class Drive:
         return records
 
 
-def compared(before, today) -> list[dict]:
+def compared(change: str, before: Records, today: Records) -> list[dict]:
     """Compare two inspections as `breaker compare` does, the transducer the same, or unknown."""
     usable = [[record for record in records if not record.reason] for records in (before, today)]
     raws = [{m: [r.raw for r in records if r.motion == m] for m in MOTIONS} for records in usable]
-    rows, pair = [], Pair.of(*raws)
-    change = compare(pair, [*shipped_networks()], generator(1, "force or ratio"))
-    about = {"settings": {"seed": 1}, "rejected": ()}
+    rows, pair, name = [], Pair.of(*raws), change.split()[0]
+    changes = compare(pair, [*shipped_networks()], generator(1, "force or ratio"))
+    regressions = shipped_sensitivities(changes.family)
     for same in (False, True):
-        regressions = shipped_sensitivities(change.family)
         explanations = explain(pair, regressions, same_transducer=same)
-        document = inspection_change(pair, change, explanations, SPEEDS, **about)
-        row = {"same": same, "family": change.family, "state": document.state}
-        for cause in explanations:
-            row[f"p_{cause.cause}"] = cause.probability
-            if cause.cause == "drive":
-                row["parameter"] = cause.parameter
-            if cause.cause == "ratio":
-                row["ratio_0"], _, row["ratio_2"] = cause.change
-        row["reported"] = " ".join(reported.name for reported in document.reported)
-        for inferred in document.inferred:
-            if inferred.name in NAMES:
-                row |= {f"{inferred.name}_{k}": inferred.change[k] for k in range(3)}
+        about = {"settings": {"seed": 1}, "rejected": ()}
+        document = inspection_change(pair, changes, explanations, SPEEDS, **about)
+        reported = [item.name for item in document.reported]
+        covered = {}
+        for item in document.inferred:
+            if item.name in NAMES and np.isfinite(item.change).all():
+                truth = 100.0 * (CHANGES[change].get(item.name, 1.0) - 1.0)
+                covered[item.name] = item.change[0] - ROOM <= truth <= item.change[2] + ROOM
+        row = {"change": change, "same": same, "any": bool(reported), "own": name in reported}
+        row |= {"intervals": len(covered), "covered": sum(covered.values())}
+        row |= {"own_interval": name in covered, "own_covered": covered.get(name, False)}
         rows.append(row)
     return rows
 
 
-def summed(rows: pd.DataFrame) -> pd.DataFrame:
-    """Count drives by simulator, change, and whether the transducer is known as the same."""
-    rows = rows.fillna({"p_ratio": 0.0, "p_rate": 0.0, "reported": ""})
-    rows["any"] = rows.reported != ""
-    own = zip(rows.change.str.split().str[0], rows.reported, strict=True)
-    rows["own"] = [name in reported.split() for name, reported in own]
-    rows["drive_or_ratio_95"] = rows.p_drive + rows.p_ratio >= 0.95
-    rows["drive_90"], rows["ratio_90"] = rows.p_drive >= 0.9, rows.p_ratio >= 0.9
-    rows["f_90"] = rows.drive_90 & (rows.parameter == "f")
-    names = ["any", "own", "drive_or_ratio_95", "drive_90", "f_90", "ratio_90"]
-    by = rows.groupby(["simulator", "change", "same"], sort=False)
-    return by.agg(drives=("any", "size"), **{name: (name, "sum") for name in names}).reset_index()
+def one_drive(simulator: str, number: int) -> list[dict]:
+    """Return the comparisons of a drive with each of its changes."""
+    rng = generator(61, "force or ratio", simulator, number)
+    drive, rows = Drive(simulator, Prior.from_settings(load()["prior"]), rng), []
+    before = drive.inspection({}, rng)
+    for change, factors in CHANGES.items():
+        rows += compared(change, before, drive.inspection(factors, rng))
+    return [{"simulator": simulator} | row for row in rows]
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0])
-    parser.add_argument("--simulators", nargs="+", default=["model", "other"])
-    parser.add_argument("--changes", nargs="+", default=[*CHANGES], choices=[*CHANGES])
-    parser.add_argument("--drives", type=int, nargs=2, default=(0, 14), help="first, and end")
-    parser.add_argument("--rows", type=Path, required=True, metavar="CSV")
-    parser.add_argument("--table", type=Path, metavar="CSV")
-    options = parser.parse_args()
-    prior = Prior.from_settings(load()["prior"])
-    for simulator in options.simulators:
-        for number in range(*options.drives):
-            rng = generator(61, "force or ratio", simulator, number)
-            drive = Drive(simulator, prior, rng)
-            before = drive.inspection({}, rng)
-            for change in options.changes:
-                rows = pd.DataFrame(compared(before, drive.inspection(CHANGES[change], rng)))
-                rows = rows.assign(simulator=simulator, drive=number, change=change)
-                append(rows.reindex(columns=COLUMNS), options.rows, float_format="%.4g")
-    if options.table:
-        summed(pd.read_csv(options.rows)).to_csv(options.table, index=False)
+    given = sampled(parser(__doc__), drives=14).parse_args()
+    jobs = [(name, number) for name in ("model", "other") for number in range(given.drives)]
+    rows = pd.DataFrame([row for own in in_pool(one_drive, jobs, given.cores) for row in own])
+    keys = ["simulator", "change", "same"]
+    table = rows.assign(drives=1).groupby(keys, sort=False).sum().astype(int).reset_index()
+    print(table.to_string(index=False))
+    if given.table:
+        table.to_csv(given.table, index=False)
 
 
 if __name__ == "__main__":

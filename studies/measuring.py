@@ -3,8 +3,7 @@
     python -m studies.measuring        # writes docs/measuring.csv, in some minutes of one core
 
 A drive's own quantities are those of its motion without noise, sampled densely until it rests.
-Beside them stand what is measured of a noisy record, and the model's quantities at the drive's
-parameters, which are what posteriors and limits are about. Those differ where the model does.
+They are compared with what is measured of a noisy record.
 """
 
 from collections.abc import Sequence
@@ -17,7 +16,6 @@ from breaker.configuration.definitions import family_of
 from breaker.configuration.loading import load
 from breaker.family.drive_family import Family
 from breaker.family.rich_drive import Drive
-from breaker.model.evaluation import evaluate
 from breaker.model.parameters import MOTIONS, Size
 from breaker.model.prior import Prior
 from breaker.model.quantities import SPEEDS, Point, Speed, quantities_of, speeds_of
@@ -106,13 +104,11 @@ def measure_drives(
 
     Returns:
         A row per drive and quantity: ``measured`` and ``measured_sd``, nan with a ``reason`` where
-        it is not shown; ``own``, that of the drive's motion without noise, and ``model``, that of
-        the model at its parameters.
+        it is not shown; ``own``, that of the drive's motion without noise.
     """
     rows = []
-    for number, drive in enumerate(drives):
+    for drive in drives:
         own = own_quantities(drive, motion, speeds)
-        model = evaluate(list(own), np.array([drive.theta]), motion, speeds)[0]
         times, stroke = drive.size.times, own["stroke"]
         time = times * np.arange(-_LEAD - rng.uniform(0.0, 1.0 / rate), _LENGTH, 1.0 / rate)
         curve, switching = drive.operate(motion, time)
@@ -122,12 +118,10 @@ def measure_drives(
         sd = _CONTACT_SD * times
         contact = ContactTimes(switching + sd * rng.standard_normal(), sd)
         result = measure_curve(time, curve, motion, contact=contact, speeds=speeds)
-        for name, modelled in zip(own, model, strict=True):
-            if name not in result:  # of the model alone
-                continue
-            row = {"drive": number, "quantity": name, "own": own[name], "model": modelled}
-            row |= {"measured": result[name].value, "measured_sd": result[name].sd}
-            rows.append(row | {"reason": result[name].reason})
+        for name in own:
+            if name in result:  # else of the model alone
+                row = {"quantity": name, "own": own[name], "reason": result[name].reason}
+                rows.append(row | {"measured": result[name].value, "measured_sd": result[name].sd})
     return pd.DataFrame(rows)
 
 
@@ -145,8 +139,8 @@ def main() -> None:
             result = measure_drives(some, motion, rng, speeds=speeds, **settings)
             result["error"] = (result.measured - result.own) / result.measured_sd
             for name, item in result.groupby("quantity", sort=False):
-                row = {"column": column, "motion": motion, "quantity": name, "drives": len(item)}
-                row |= {"shown": item.measured.notna().mean(), "sd": item.measured_sd.median()}
+                row = {"column": column, "motion": motion, "quantity": name}
+                row |= {"sd": item.measured_sd.median()}
                 rows.append(row | {"mean_error": item.error.mean(), "sd_error": item.error.std()})
     pd.DataFrame(rows).to_csv("docs/measuring.csv", index=False, float_format="%.3g")
 

@@ -7,7 +7,6 @@ right twin are made from the same draws, and the commands run as a user runs the
 silent if it gets an answer without such words. A twin with such words is warned of without cause.
 """
 
-import html
 import json
 import re
 import shutil
@@ -260,7 +259,7 @@ def same_phases(case: Case, wrong: bool) -> Commands:
     travels = {f"Travel {p} [mm]": r.travel for p, r in zip("ABC", records, strict=True)}
     travels = dict.fromkeys(travels, records[0].travel) if wrong else travels
     file = case.write_columns("a.csv", {"Time [ms]": records[0].time, **travels})
-    return [["report", file, "--output", case.folder / "r.html"]]
+    return infer(file)
 
 
 def two_serials(case: Case, wrong: bool) -> Commands:
@@ -334,10 +333,7 @@ def words_of(command: Sequence[object], text: str, err: str) -> str:
     if command[0] == "inspect":
         marked = re.findall(r"To look at:\n(?:.+\n)+|.*(?:REJECTED|FILL IN|<$).*", text, re.M)
         return "\n".join([err, *marked])
-    if command[0] == "report" and Path(command[-1]).exists():
-        page = Path(command[-1]).read_text(encoding="utf-8")
-        text += re.sub(r"<(style|script|svg)\b.*?</\1>|<[^>]*>", " ", page, flags=re.S)
-    return err + html.unescape(text)
+    return err + text
 
 
 def warnings_of(value: object, inside: bool = False) -> list[str]:

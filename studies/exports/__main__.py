@@ -19,9 +19,6 @@ from studies.exports.layouts import write_export
 from studies.exports.scores import VERDICTS, bare, score
 from studies.shared import call, in_pool, parser, sampled
 
-TIMED = [f"{kind}{motion}_time" for kind in ("", "main_") for motion in ("closing", "opening")]
-TIMED += ["bounce_time", "arcing_wipe"]
-
 
 def part(text: str, head: str) -> list[str]:
     """Return the lines of a text below a heading, up to an empty one."""
@@ -98,65 +95,46 @@ def ask(path: Path, truth: dict, folder: Path) -> tuple[dict, list[str]]:
     return document, failures
 
 
-def one_sheet(number: int, seed: int, keep: Path | None) -> tuple[list[dict], list[dict]]:
+def one_sheet(number: int, seed: int) -> tuple[list[dict], list[str]]:
     """Return the rows and the failures of one sheet."""
     rows, failures = [], []
     with tempfile.TemporaryDirectory() as scratch:
-        folder = (keep or Path(scratch)) / f"{number:04}"
-        export = write_export(folder, np.random.default_rng([seed, number]))
-        for truth in export["files"]:
+        folder = Path(scratch, "sheet")
+        for truth in write_export(folder, np.random.default_rng([seed, number])):
             path = folder / truth["file"]
             document, failed = ask(path, truth, Path(scratch))
-            about = {"sheet": number, "layout": truth["layout"], "file": str(path)}
-            for row in score(truth, document):
-                column = next((c for c in truth["channels"] if row.channel.startswith(c)), "")
-                own = truth["channels"].get(column, {"trouble": [], "kind": ""})
-                more = {"contact": own["kind"], "trouble": " ".join(own["trouble"])}
-                rows.append(about | row._asdict() | more)
-            failures += [about | {"failure": text.replace(str(path), "FILE")} for text in failed]
-        if keep:
-            (folder / "truth.json").write_text(json.dumps(export, indent=1), encoding="utf-8")
+            about = {"sheet": number, "file": truth["file"]}
+            rows += [about | row._asdict() for row in score(truth, document)]
+            failures += [f"{number}: {text.replace(str(path), 'FILE')}" for text in failed]
     return rows, failures
 
 
 def summary(rows: pd.DataFrame) -> pd.DataFrame:
-    """Return by kind of value, contact and layout how many values have each verdict."""
-    own = rows[rows["name"].isin(TIMED)]  # by the contact
-    keys = {"value": rows["kind"] + ": " + rows["name"], "contact": own["contact"]}
-    tables = []
-    for by, key in (keys | {"layout": rows["layout"]}).items():
-        counts = pd.crosstab(key, rows["verdict"][key.index])
-        counts = counts.reindex(columns=[*VERDICTS], fill_value=0)
-        shares = counts.div(counts.sum(axis=1), axis=0).round(3)
-        shares.insert(0, "values", counts.sum(axis=1))
-        tables.append(shares.assign(false_values=counts["false"]).rename_axis("of").reset_index())
-        tables[-1].insert(0, "by", by)
-    return pd.concat(tables, ignore_index=True)
+    """Return how many values of each kind there are, the share of each verdict, and false ones."""
+    counts = pd.crosstab(rows["kind"] + ": " + rows["name"], rows["verdict"])
+    counts = counts.reindex(columns=[*VERDICTS], fill_value=0)
+    shares = counts.div(counts.sum(axis=1), axis=0).round(3)
+    shares.insert(0, "values", counts.sum(axis=1))
+    return shares.assign(false_values=counts["false"]).rename_axis("of").reset_index()
 
 
 def main() -> None:
     """Write sheets, read them, and print which values are right, withheld, missing and false."""
-    options = sampled(parser(__doc__), sheets=200, first=0)
-    options.add_argument("--keep", type=Path, metavar="FOLDER", help="keep the sheets there")
-    given = options.parse_args()
-    rows: list[dict] = []
-    failures: list[dict] = []
-    numbers = range(given.first, given.first + given.sheets)
-    jobs = [(number, given.seed, given.keep) for number in numbers]
+    given = sampled(parser(__doc__), sheets=200).parse_args()
+    jobs = [(number, given.seed) for number in range(given.sheets)]
+    rows, failures = [], []
     for more_rows, more_failures in in_pool(one_sheet, jobs, given.cores):
         rows += more_rows
         failures += more_failures
     table = summary(pd.DataFrame(rows))
     print(table.to_string(index=False))
-    kinds = pd.Series([f["failure"].split(":")[0] for f in failures]).value_counts()
-    crashed = sum("Traceback" in f["failure"] for f in failures)
-    print(f"{given.sheets} sheets; failures: {kinds.to_dict()}, of which exceptions: {crashed}")
+    crashed = sum("Traceback" in failure for failure in failures)
+    print(f"{len(failures)} failures, of which exceptions: {crashed}")
     for failure in failures:
-        print(f"  {failure['file']}: {' '.join(failure['failure'].split())[-300:]}")
-    if given.table:
-        table.to_csv(given.table, index=False)
-    if given.rows:
-        pd.DataFrame(rows).to_csv(given.rows, index=False)
+        print(f"  {' '.join(failure.split())[-300:]}")
+    for file, part in ((given.table, table), (given.rows, pd.DataFrame(rows))):
+        if file:
+            part.to_csv(file, index=False)
 
 
 if __name__ == "__main__":

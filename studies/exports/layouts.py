@@ -39,7 +39,6 @@ WORDS = [
     "|Poste|N° disjoncteur|Date d'essai|Fréquence [kHz]|%d/%m/%Y"
     "|Résistance {}|Courant d'essai {}|FERMÉ|OUVERT",
 ]
-LANGUAGES = ["english", "english", "german", "german", "french"]
 # Names and values above the samples of a resistance and travel analyser.
 SETTINGS = """Station Name|{station};Bay Name|{bay};Equipment No|{equipment};CB Type|{type}
 Rated Voltage (kV)|245;Gas Pressure (bar)|6.4;Test Date|{day};Ambient Temp (°C)|21.5
@@ -53,8 +52,8 @@ def pick(rng: np.random.Generator, choices, p=None):
     return choices[int(rng.choice(len(choices), p=p))]
 
 
-def motion_curve(rng, stroke: float, closing: bool) -> tuple[np.ndarray, list[str]]:
-    """Return the way (mm) at steps of STEP from the first motion on, and how it starts.
+def motion_curve(rng: np.random.Generator, stroke: float, closing: bool) -> np.ndarray:
+    """Return the way (mm) at steps of STEP from the first motion on.
 
     Some drives start slowly: the way grows by a power of the time at first, or creeps.
     """
@@ -81,8 +80,7 @@ def motion_curve(rng, stroke: float, closing: bool) -> tuple[np.ndarray, list[st
         v += STEP * ((1 - damped) * push - damped * stop)
         x += STEP * v
         way[i] = x
-    words = [f"power {power:.1f} in {long:.0f} ms"] * bool(slow[0])
-    return way * (stroke / way[-1]), words + [f"creep {until:.0f} ms"] * bool(slow[1])
+    return way * (stroke / way[-1])
 
 
 def mean_speed(way: np.ndarray, begin: float, end: float) -> float:
@@ -133,11 +131,11 @@ def draw_pole(rng: np.random.Generator, phase: str, plan: dict) -> dict:
     for motion, coil, latch in plan["moves"]:
         energised = coil + rng.uniform(0, 1) * plan["apart"] * (not plan["ganged"])
         alike = np.random.default_rng(plan["seeds"][motion])  # poles of a type move alike
-        way, start = motion_curve(alike, stroke, motion == "closing")
+        way = motion_curve(alike, stroke, motion == "closing")
         first = energised + latch * rng.uniform(0.97, 1.03)
-        pole["motions"].append({"motion": motion, "energised": energised, "first": first})
         bounces = draw_bounces(rng) if motion == "closing" else []
-        pole["motions"][-1] |= {"way": way, "bounces": bounces, "start": start}
+        move = {"motion": motion, "energised": energised, "first": first}
+        pole["motions"].append(move | {"way": way, "bounces": bounces})
     ripple = (rng.uniform(1, 3) * stroke / 180, rng.uniform(3, 8))
     pole["ripple"] = ripple if rng.random() < 0.25 else None
     pole["slack"] = rng.uniform(0.5, 3.0) if rng.random() < 0.15 else 0.0
@@ -168,25 +166,21 @@ def position(pole: dict, time: np.ndarray, shown: bool) -> np.ndarray:
     return at
 
 
-def travel_column(rng: np.random.Generator, pole: dict, time) -> tuple[np.ndarray, list[str]]:
-    """Return a travel channel with the troubles of its chain, and their names."""
-    trouble = [key for key in ("ripple", "slack") if pole[key]]
+def travel_column(rng: np.random.Generator, pole: dict, time: np.ndarray) -> np.ndarray:
+    """Return a travel channel with the troubles of its chain."""
     noise = pick(rng, [0.02, 0.05, 0.1, 0.2, 0.5, 1.2], p=[0.1, 0.2, 0.4, 0.2, 0.07, 0.03])
     x = position(pole, time, shown=True) + noise * rng.standard_normal(len(time))
     if rng.random() < 0.15:  # of the mains
-        trouble.append("hum")
         turn = 2 * np.pi * pick(rng, [0.05, 0.06, 0.1]) * time
         x += rng.uniform(0.05, 0.4) * np.sin(turn + rng.uniform(0, 2 * np.pi))
     if rng.random() < 0.15:
-        trouble.append("bursts")
         move = pick(rng, pole["motions"])
         touch = move["first"] + contact_times(pole, move)["main"]
         at = move["energised"] if rng.random() < 0.5 else touch
         hit = (time >= at) & (time < at + rng.uniform(0.5, 4))
         x = np.where(hit, x + rng.uniform(5, 40) * rng.standard_normal(len(x)), x)
-    counts = rng.random() < 0.1
-    quantum = rng.uniform(0.08, 0.32) if counts else 300 / 2**16
-    return quantum * np.round(x / quantum), [*trouble, *["counter"] * counts, f"noise {noise}"]
+    quantum = rng.uniform(0.08, 0.32) if rng.random() < 0.1 else 300 / 2**16  # of a counter
+    return quantum * np.round(x / quantum)
 
 
 def coil_current(rng: np.random.Generator, time, move: dict, amps: float) -> np.ndarray:
@@ -246,16 +240,15 @@ def analyser(rng: np.random.Generator, plan: dict, poles: list[dict], style: dic
     ways = [quiet * rng.standard_normal(len(time)) for _ in range(6)]
     channels = []
     for i, pole in enumerate(poles):
-        ways[i], trouble = travel_column(rng, pole, time)
-        ways[i] += rng.uniform(5, 40) * style["offset"]
+        ways[i] = travel_column(rng, pole, time) + rng.uniform(5, 40) * style["offset"]
         coils, amps = {}, rng.uniform(1, 5)
         for move in pole["motions"]:
             n = (0 if move["motion"] == "closing" else 3) + i * (not plan["ganged"])
             coils[move["motion"]] = coil.format(n + 1)
             if i == 0 or not plan["ganged"]:
                 currents[n] += coil_current(rng, time, move, amps)
-        channels.append({"column": travel.format(i + 1), "pole": pole, "trouble": trouble})
-        channels[-1] |= {"coils": coils, "contacts": [], "kind": "none"}
+        channel = {"column": travel.format(i + 1), "pole": pole, "coils": coils}
+        channels.append(channel | {"contacts": [], "kind": "none"})
     columns = [("Time (ms)", time, 4)] * style["timed"]
     columns += [(coil.format(k + 1), x, 3) for k, x in enumerate(currents)]
     columns += [(travel.format(k + 1), x, style["digits"]) for k, x in enumerate(ways)]
@@ -275,8 +268,23 @@ def analyser(rng: np.random.Generator, plan: dict, poles: list[dict], style: dic
             channel["kind"] = "resistance and current" if amperes else "resistance alone"
     lines = [] if style["bare"] else settings(rng, plan, poles[0], style)
     lines += above if style["rows"] and style["dcrm"] else []
-    sheet = {"lines": lines, "columns": columns, "channels": channels, "shift": 0.0}
-    return sheet | {"layout": "analyser bare" if style["bare"] else "analyser"}
+    return {"lines": lines, "columns": columns, "channels": channels, "shift": 0.0}
+
+
+def contact_columns(rng, pole: dict, time: np.ndarray, kind: str, style: tuple) -> list[tuple]:
+    """Return columns of a contact: place in ``WORDS``, unit, values and digits; ``style`` is the
+    meter, whether a signal rises as the contact closes, and words of a closed and an open one.
+    """
+    meter, rises, states = style
+    if kind.startswith("resistance"):
+        ohm, amps = measured(rng, pole, time, meter)
+        return [(11, "mOhm", ohm / 1000, 4), (12, "A", amps, 2)][: 1 + (kind != "resistance alone")]
+    if kind == "voltage":
+        volts = signal(pole, time, rises, 24.0) + 0.2 * rng.standard_normal(len(time))
+        return [(2, "V", volts, 2)]
+    state = signal(pole, time, rises or kind == "words", 1.0)
+    state = np.where(state > 0, *states) if kind == "words" else state
+    return [(2, "", state, 0)] * (kind != "none")
 
 
 def plain(rng: np.random.Generator, plan: dict, poles: list[dict], style: dict) -> dict:
@@ -300,22 +308,12 @@ def plain(rng: np.random.Generator, plan: dict, poles: list[dict], style: dict) 
     columns = [(named(0, unit), (time + shift) / (1000 if unit == "s" else 1), 6)]
     channels, contacts, coils = [], [], []
     for i, pole in enumerate(poles):
-        x, trouble = travel_column(rng, pole, time)
+        x = travel_column(rng, pole, time)
         x = (pole["stroke"] - x if flips else x) + rng.uniform(5, 40) * style["offset"]
         columns.append((named(1, "mm", pole["phase"]), x, style["digits"]))
-        channel = {"column": columns[-1][0], "pole": pole, "trouble": trouble + ["flips"] * flips}
-        channel |= {"coils": {}, "kind": kind}
-        if kind.startswith("resistance"):
-            ohm, amps = measured(rng, pole, time, meter)
-            own = [(named(11, "mOhm", pole["phase"]), ohm / 1000, 4)]
-            own += [(named(12, "A", pole["phase"]), amps, 2)] * (kind != "resistance alone")
-        elif kind == "voltage":
-            volts = signal(pole, time, rises, 24.0) + 0.2 * rng.standard_normal(len(time))
-            own = [(named(2, "V", pole["phase"]), volts, 2)]
-        else:
-            state = signal(pole, time, rises or kind == "words", 1.0)
-            state = np.where(state > 0, *words[13:]) if kind == "words" else state
-            own = [(named(2, "", pole["phase"]), state, 0)] * (kind != "none")
+        channel = {"column": columns[-1][0], "pole": pole, "coils": {}, "kind": kind}
+        own = contact_columns(rng, pole, time, kind, (meter, rises, words[13:]))
+        own = [(named(word, unit, pole["phase"]), *column) for word, unit, *column in own]
         contacts += own
         channel["contacts"] = [name for name, _, _ in own]
         for motion in sorted({m["motion"] for m in pole["motions"]} if coiled else []):
@@ -335,8 +333,7 @@ def plain(rng: np.random.Generator, plan: dict, poles: list[dict], style: dict) 
     shown = [style["station"], style["equipment"], f"{style['date']:{words[10]}}"]
     lines = [list(pair) for pair in zip(words[6:10], [*shown, f"{style['rate']:g}"], strict=True)]
     lines = lines[: 4 if style["stated"] else int(rng.integers(4))] * (not style["bare"])
-    sheet = {"lines": lines, "columns": columns, "channels": channels, "shift": shift}
-    return sheet | {"layout": f"plain {LANGUAGES[which]}"}
+    return {"lines": lines, "columns": columns, "channels": channels, "shift": shift}
 
 
 def write_table(rng: np.random.Generator, path: Path, sheet: dict, style: dict) -> None:
@@ -379,17 +376,14 @@ def truth_of(path: Path, sheet: dict, style: dict) -> dict:
                 bounces = [end for _, end in bounces_of(pole, move)]
                 truth |= {"contact": arcing, "main": main, "bounce": max(bounces, default=0.0)}
             motions.append(truth | values_of(way, zone))
-        slow = {f"{m['motion']}: {', '.join(m['start'])}" for m in pole["motions"] if m["start"]}
-        about = {"phase": pole["phase"], "motions": motions, "kind": channel["kind"]}
-        channels[channel["column"]] = about | {"trouble": channel["trouble"] + sorted(slow)}
+        channels[channel["column"]] = {"motions": motions, "kind": channel["kind"]}
     columns = [name for name, _, _ in sheet["columns"]]
-    kept = ("rate", "stated", "rows", "zones", "separator", "decimal", "encoding")
-    truth = {"file": path.name, "layout": sheet["layout"], "channels": channels, "columns": columns}
-    return truth | {key: style[key] for key in kept}
+    about = {key: style[key] for key in ("rate", "zones", "separator", "decimal", "encoding")}
+    return about | {"file": path.name, "channels": channels, "columns": columns}
 
 
-def write_export(folder: Path, rng: np.random.Generator) -> dict:
-    """Write the export of an inspection, a file or one for each pole; return its truth."""
+def write_export(folder: Path, rng: np.random.Generator) -> list[dict]:
+    """Write the export of an inspection, a file or one for each pole; return the truth of each."""
     folder.mkdir(parents=True, exist_ok=True)
     plan, many = draw_plan(rng), pick(rng, [1, 2, 3], p=[0.35, 0.2, 0.45])
     layout = pick(rng, [analyser, plain], p=[0.65, 0.35])
@@ -435,4 +429,4 @@ def write_export(folder: Path, rng: np.random.Generator) -> dict:
         ][form]
         write_table(rng, folder / name, sheet, style)
         files.append(truth_of(folder / name, sheet, style))
-    return {"files": files}
+    return files

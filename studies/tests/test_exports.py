@@ -17,7 +17,7 @@ from studies.exports.scores import bare, score, true_values
 def write(folder, *seed):
     """Return truth and samples of each file of a sheet."""
     files = []
-    for truth in write_export(folder, np.random.default_rng(seed))["files"]:
+    for truth in write_export(folder, np.random.default_rng(seed)):
         lines = (folder / truth["file"]).read_bytes().decode(truth["encoding"]).splitlines()
         names = truth["separator"].join(truth["columns"])
         start = next(i for i, line in enumerate(lines) if line.startswith(names))
