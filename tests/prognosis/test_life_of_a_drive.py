@@ -10,7 +10,7 @@ from breaker.configuration.loading import load
 from breaker.family.rich_drive import Drive, Elements
 from breaker.model.limits import Limit
 from breaker.model.parameters import MOTIONS, NAMES
-from breaker.prognosis.life import Life
+from breaker.prognosis.life import follow
 from breaker.prognosis.states import STATES, states_of
 from breaker.records.measurements import measure_curve
 
@@ -56,9 +56,7 @@ def forecast(data, limits=LIMITS, p_value=0.001):
     """The forecast of a life."""
     settings = {"trend": {"draws": 200, "threshold": 10.0, "horizon": 10000}, "seed": 1}
     settings["endurance"] = {"events": {}, "misfit_p_value": p_value}
-    life = Life(limits, settings, events={}, conditions={})
-    life.update(data)
-    return life.forecast
+    return follow(data, limits, settings, events={}, conditions={})
 
 
 @pytest.fixture(scope="module")
@@ -128,11 +126,3 @@ def test_a_drive_of_no_family_or_of_one_motion_is_followed():
     assert both.attrs["agreement"] < 0.01  # one motion is worn, the other is not
     assert (both.attrs["family"], one.attrs["agreement"]) == ("", 1.0)
     assert one.changed.isel(asked=-1).sel(parameter="gamma_a").values[1] > 5.0
-
-
-def test_a_saved_life_has_the_same_states(life, tmp_path):
-    kept = Life(LIMITS, {}, events={}, conditions={})
-    kept.forecast = life
-    kept.save(tmp_path / "life.zarr", seed=1)
-    result = Life.load(tmp_path / "life.zarr")
-    xr.testing.assert_identical(result.state(PLANNING), kept.state(PLANNING))

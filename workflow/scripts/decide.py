@@ -3,15 +3,15 @@
 import json
 from pathlib import Path
 
-from breaker.common.zarr_store import describe, save
-from breaker.prognosis.life import Life
+from breaker.common.zarr_store import describe, open_store, save
+from breaker.prognosis.states import states_of
 from breaker.prognosis.tables import change_table, decide, limit_table, sentences
 from breaker.workflow.jobs import start
 
 log = start(snakemake)
 planning, output = snakemake.params.planning, snakemake.output
-life = Life.load(snakemake.input.life)
-stands, life = life.state(planning), life.forecast
+life = open_store(snakemake.input.life).load()
+stands = states_of(life, planning)
 decisions, limits = decide(life, stands), limit_table(life, stands)
 said = sentences(life, decisions, limits, snakemake.params.advice)
 log.info(" ".join(said))

@@ -1,8 +1,9 @@
 """Follow a drive in its own curves, and judge its limits."""
 
+from breaker.common.zarr_store import describe, save
 from breaker.model.limits import from_list
 from breaker.model.quantities import speeds_of
-from breaker.prognosis.life import Life
+from breaker.prognosis.life import follow
 from breaker.records.curves import open_curves
 from breaker.workflow.jobs import start
 
@@ -10,14 +11,14 @@ UNUSED = ("travel", "measured_reason", "remarks")  # which a long life has much 
 
 log = start(snakemake)
 params = snakemake.params
-life = Life(
+life = follow(
+    {m: open_curves(snakemake.input[m], without=UNUSED) for m in params.motions},
     from_list(params.limits, params.motions, speeds_of(params.speeds)),
     params,
     events=params.events,
     conditions=params.conditions,
 )
-life.update({m: open_curves(snakemake.input[m], without=UNUSED) for m in params.motions})
-count, noticed = life.forecast.sizes["operation"], life.forecast.noticed.values.tolist()
-log.info("%d operations, family %s, changes at %s", count, life.forecast.attrs["family"], noticed)
-names = ("limits", "speeds", "trend", "seed")
-life.save(snakemake.output[0], **{name: params[name] for name in names})
+count, noticed = life.sizes["operation"], life.noticed.values.tolist()
+log.info("%d operations, family %s, changes at %s", count, life.attrs["family"], noticed)
+settings = {name: params[name] for name in ("limits", "speeds", "trend", "seed")}
+save(describe(life, "life", **settings), snakemake.output[0])

@@ -22,9 +22,9 @@ from breaker.model.quantities import quantities_of
 from breaker.model.sensor import grid
 from breaker.prognosis import series
 from breaker.prognosis.fleet_table import STATES, DriveResult, LimitState, MeasuredValue
-from breaker.prognosis.life import Life
+from breaker.prognosis.life import follow
 from breaker.prognosis.states import STATES as LIFE_STATES
-from breaker.prognosis.states import next_state
+from breaker.prognosis.states import next_state, states_of
 from breaker.records.curves import Grid, read_curves
 from breaker.records.dates import instant, one_date
 from breaker.records.files import Files
@@ -174,10 +174,9 @@ def _followed(drive: Drive, used: Sequence[Estimate], diagnosis: Diagnosis) -> l
         return []
     operations = [listed for _, listed in rows]
     events, conditions = known_of(operations, sorted({chosen.number for chosen in operations}))
-    life = Life(limits, config, events=events, conditions=conditions)
-    life.update(curves)
+    life = follow(curves, limits, config, events=events, conditions=conditions)
     columns = ["state", "p_exceeded", "service_by", "service_by_date"]
-    last = life.state(config["planning"]).isel(operation=-1)[columns].to_dataframe()
+    last = states_of(life, config["planning"]).isel(operation=-1)[columns].to_dataframe()
     return [
         LimitState(one.Index, LIFE_STATES[one.state], *one[2:4], one.service_by_date or None)
         for one in last[columns].itertuples()

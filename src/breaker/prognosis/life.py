@@ -1,17 +1,12 @@
-"""The life of a drive: its records, their trend, forecasts of its limits, and its state."""
+"""The life of a drive: its records, their trend, and forecasts of its limits."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from functools import cached_property
-from pathlib import Path as File
-from typing import Self
 
 import numpy as np
 import pandas as pd
 import xarray as xr
 
-from breaker.common.zarr_store import describe, open_store
-from breaker.common.zarr_store import save as save_store
 from breaker.family.networks import LEAST_AGREEMENT, agreement_of, shipped_networks
 from breaker.model.limits import Limit
 from breaker.model.parameters import NAMES
@@ -19,104 +14,58 @@ from breaker.model.quantities import CONDITIONS
 from breaker.prognosis.forecast import QUANTILES, Future, Onward
 from breaker.prognosis.readout import Readout
 from breaker.prognosis.series import Series, events_of, series_of
-from breaker.prognosis.states import states_of
 from breaker.prognosis.trend import Change, Follower, Path
 
 _READ = 500  # operations, about, at which a life is read; all are followed
 
 
-class Life:
-    """The records of a drive, and its state: the only class of the package that is updated.
+def follow(
+    records: Mapping[str, xr.Dataset],
+    limits: Sequence[Limit],
+    settings: Mapping,
+    *,
+    events: Mapping,
+    conditions: Mapping,
+) -> xr.Dataset:
+    """Follow the life of a drive, and forecast limits on what its motions show.
 
     Args:
-        limits: Limits on what the motions of the drive show.
+        records: What ``read_curves`` returns, by motion.
         settings: Sections ``trend`` and ``endurance`` of the configuration, and ``seed``.
         events, conditions: What ``known_of`` returns.
-    """
 
-    def __init__(
-        self, limits: Sequence[Limit], settings: Mapping, *, events: Mapping, conditions: Mapping
-    ) -> None:
-        self._limits, self._settings = limits, settings
-        self._events, self._conditions = events, conditions
-        self._records: dict[str, xr.Dataset] = {}
-
-    def update(self, records: Mapping[str, xr.Dataset]) -> None:
-        """Add records of operations: what ``read_curves`` returns, by motion.
-
-        Raises:
-            ValueError: If an operation has a record already.
-        """
-        for motion, new in records.items():
-            known = [self._records[motion]] if motion in self._records else []
-            every = xr.concat([*known, new], "operation") if known else new
-            numbers = every.indexes["operation"]
-            if (again := numbers[numbers.duplicated()]).size:
-                raise ValueError(f"{motion} {again[0]:g} has a record already: leave it out")
-            self._records[motion] = every
-        for name in ("_readout", "trend", "forecast"):
-            self.__dict__.pop(name, None)
-
-    @cached_property
-    def _readout(self) -> Readout:
-        trend, endurance = self._settings["trend"], self._settings["endurance"]
-        read = [limit for limit in self._limits if limit.of == "record"]
-        followed = dict.fromkeys(
-            (limit.motion, name) for limit in read for name in limit.quantities
-        )
-        events = events_of(self._events, endurance["events"])
-        series = series_of(self._records, followed, events, self._conditions)
-        about = {"seed": self._settings["seed"], "misfit_p_value": endurance["misfit_p_value"]}
-        return Readout.of(series, shipped_networks(), draws=trend["draws"], **about)
-
-    @cached_property
-    def trend(self) -> Path:
-        """Path of the drive's coordinates, with its changes.
-
-        Raises:
-            ValueError: As of ``series_of``, and if an event has no meaning.
-        """
-        blocks = self._readout.coordinates.blocks(self._readout.series)
-        return Follower(self._readout.series, blocks, self._settings["trend"]["threshold"]).path()
-
-    @cached_property
-    def forecast(self) -> xr.Dataset:
-        """What ``forecast_of`` returns, with ``threshold``; over ``operation`` also ``breaker``,
+    Returns:
+        What ``forecast_of`` returns, with ``threshold``; over ``operation`` also ``breaker``,
         ``phase``, ``date``, by the first motion that states it, ``event`` and ``CONDITIONS``, empty
         or nan where not stated, and ``not_used``, motions without a usable record.
-        """
-        trend, records = self._settings["trend"], self._records
-        life = forecast_of(self._readout, self.trend, self._limits, Future(trend["horizon"]))
-        numbers = life.operation.values
-        stated = {"event": [self._events.get(number, "") for number in numbers.tolist()]}
-        for name in ("breaker", "phase", "date"):
-            some = [data[name].to_series() for data in records.values() if name in data]
-            known = pd.concat([pd.Series(dtype=str), *some]).loc[lambda texts: texts != ""]
-            known = known[~known.index.duplicated()]
-            stated[name] = known.reindex(numbers, fill_value="").to_numpy(dtype=str)
-        for name in CONDITIONS:
-            known = pd.Series(self._conditions.get(name, {}), dtype=float)
-            stated[name] = known.reindex(numbers).values
-        used = {m: np.isin(numbers, e.operation[e.accepted == 1]) for m, e in records.items()}
-        lacking = pd.DataFrame(used).apply(lambda row: ", ".join(row.index[~row]), axis=1)
-        stated["not_used"] = lacking.to_numpy(dtype=str)
-        life = life.assign({name: ("operation", values) for name, values in stated.items()})
-        return life.assign_attrs(threshold=trend["threshold"])
 
-    def state(self, planning: Mapping) -> xr.Dataset:
-        """Return the states of the drive and of its limits: see ``states_of``."""
-        return states_of(self.forecast, planning)
-
-    def save(self, path: str | File, **parameters: object) -> None:
-        """Save the forecast, with the parameters that it was made by."""
-        save_store(describe(self.forecast, "life", **parameters), path)
-
-    @classmethod
-    def load(cls, path: str | File) -> Self:
-        """Return a life whose forecast was saved; it has no records."""
-        life = cls([], {}, events={}, conditions={})
-        life.forecast = open_store(path).load()
-        return life
+    Raises:
+        ValueError: As of ``series_of``, and if an event has no meaning.
+    """
+    trend, endurance = settings["trend"], settings["endurance"]
+    read = [limit for limit in limits if limit.of == "record"]
+    followed = dict.fromkeys((limit.motion, name) for limit in read for name in limit.quantities)
+    done = events_of(events, endurance["events"])
+    series = series_of(records, followed, done, conditions)
+    about = {"seed": settings["seed"], "misfit_p_value": endurance["misfit_p_value"]}
+    readout = Readout.of(series, shipped_networks(), draws=trend["draws"], **about)
+    path = Follower(series, readout.coordinates.blocks(series), trend["threshold"]).path()
+    life = forecast_of(readout, path, limits, Future(trend["horizon"]))
+    numbers = series.operations
+    stated = {"event": [events.get(number, "") for number in numbers.tolist()]}
+    for name in ("breaker", "phase", "date"):
+        some = [data[name].to_series() for data in records.values() if name in data]
+        known = pd.concat([pd.Series(dtype=str), *some]).loc[lambda texts: texts != ""]
+        known = known[~known.index.duplicated()]
+        stated[name] = known.reindex(numbers, fill_value="").to_numpy(dtype=str)
+    for name in CONDITIONS:
+        known = pd.Series(conditions.get(name, {}), dtype=float)
+        stated[name] = known.reindex(numbers).values
+    used = {m: np.isin(numbers, data.operation[data.accepted == 1]) for m, data in records.items()}
+    lacking = pd.DataFrame(used).apply(lambda row: ", ".join(row.index[~row]), axis=1)
+    stated["not_used"] = lacking.to_numpy(dtype=str)
+    life = life.assign({name: ("operation", values) for name, values in stated.items()})
+    return life.assign_attrs(threshold=trend["threshold"])
 
 
 def forecast_of(

@@ -149,5 +149,5 @@ def _moved(by: float, now: float, left: float) -> float:
 def _since(on: np.ndarray, operations: np.ndarray) -> np.ndarray:
     """Return the operation since when something is so, ``(o, l)``; nan where it is not."""
     begins = on & ~np.concatenate([np.zeros_like(on[:1]), on[:-1]])
-    begins = np.where(begins, operations[:, None], 0)
-    return np.where(on, np.maximum.accumulate(begins, axis=0), np.nan)
+    begins = np.where(begins, operations[:, None], np.nan)
+    return np.where(on, np.fmax.accumulate(begins, axis=0), np.nan)
