@@ -71,6 +71,15 @@ def test_an_unknown_quantity_is_inconclusive_with_its_reason():
     assert np.isnan(row["p_exceeded"])
 
 
+def test_draws_and_a_measurement_are_judged_together():
+    """Half of the draws are beyond their bound, and the measurement is by half an sd away."""
+    limit = Limit("both", "closing", (("stroke", 1.0, True), ("travel_time", 2.0, False)))
+    draws = 1.0 + norm.ppf((np.arange(20_000) + 0.5) / 20_000)
+    known = {"stroke": draws, "travel_time": Measured(2.2, 0.4, "")}
+    (row,) = judge([limit], lambda _, name: known[name], 1)
+    assert row["p_exceeded"] == pytest.approx(0.5 * norm.cdf(-0.5), abs=0.012)  # four errors
+
+
 def test_all_parts_of_a_limit_must_be_exceeded_on_any_number_of_axes():
     limit = Limit("both", "closing", (("stroke", 1.0, True), ("travel_time", 2.0, False)))
     values = np.array([[[2.0, 1.0], [2.0, 3.0], [0.5, 1.0]], [[np.nan, 1.0], [1.0, 1.0], [2, 2]]])

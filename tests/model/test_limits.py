@@ -99,6 +99,8 @@ def test_ranges_of_a_type():
     bounds = [(record.motion, *record.parts[0][1:]) for record in result]
     both = [("closing", 30, True), ("opening", 30, True)]
     assert bounds == [*both, ("closing", 9, True), ("closing", 8, False)]
+    names = ["closing travel_time", "opening travel_time", "touch_time", "touch_time"]
+    assert [record.pair for record in result] == [f"{name} by type" for name in names]
     for wrong in (
         {"stroke": [2, 1]},
         {"stroke": [None, None]},

@@ -30,7 +30,9 @@ def widening(family: str) -> dict[int, dict[str, float]]:
     """Return factors by output, by the number of motions that tell a drive; none if not measured.
 
     The posterior of the state network is made wider by these factors, so that its intervals
-    contain the true values in the worst group of drives of an independent simulator.
+    contain the true values in the worst group of drives of an independent simulator. They were
+    measured once, with networks of an earlier training; no study makes them again. Coverage with
+    the present networks and these factors: ``studies.other_code``.
     """
     known = json.loads((_HERE / "widening.json").read_text(encoding="utf-8")).get(family, {})
     return {int(motions): factors for motions, factors in known.items()}
