@@ -7,10 +7,10 @@ motion, with the default sensor and with that of ``config/paper.yaml``. The coup
 steps of the configuration. Flow matching takes as many as fit into the same processor time, found
 by short trainings of both in turn. What is measured is kept, so that the study can be resumed.
 
-- log_density: of the true values of new records, per unit of standardised outputs, nats; ``lost``
-  is that of the coupling flow minus it, curve by curve, so that the interval is narrow;
+- lost: how far the log density of the true values of new records, nats, is behind that of the
+  coupling flow, curve by curve, so that the interval is narrow;
 - divergence: KL(p | q) of the exact posterior p from the network's q, by importance weights, nats;
-- draws_per_second, training_seconds: of processor time. Intervals of means are of 95 %.
+- draws_per_second: of processor time. Intervals of means are of 95 %.
 """
 
 from collections.abc import Mapping
@@ -72,9 +72,8 @@ def compare(config: Mapping, motion: str, place: Path) -> dict[str, Kept]:
                 few, order = min(PACE, steps), (NETWORKS[0], kind) * 2
                 pace = [train(*of, network, few)[1] for network in order]
                 steps = round(steps * min(pace[::2]) / min(pace[1::2]))
-            posterior, seconds = train(*of, kind, steps)
-            measured = measure(posterior, config["validation"], config["seed"])
-            np.savez(files[kind], training_seconds=np.array(seconds), **measured)
+            posterior, _ = train(*of, kind, steps)
+            np.savez(files[kind], **measure(posterior, config["validation"], config["seed"]))
     return {kind: dict(np.load(file)) for kind, file in files.items()}
 
 
@@ -137,16 +136,13 @@ def table(population: str, kept: Mapping[str, Kept]) -> pd.DataFrame:
     best, rows = kept[NETWORKS[0]]["log_density"], []
     for network, of in kept.items():
         n = int(of["curves"])
-        for name in ("draws_per_second", "training_seconds"):
-            rows.append((network, name, float(of[name]), None, None, n))
-        means = {name: of[name] for name in ("log_density", "divergence")}
-        for name, values in (means | {"lost": best - of["log_density"]}).items():
+        rows.append((network, "draws_per_second", float(of["draws_per_second"]), None, None, n))
+        means = {"lost": best - of["log_density"], "divergence": of["divergence"]}
+        for name, values in means.items():
             half, mean = 1.96 * values.std(ddof=1) / len(values) ** 0.5, values.mean()
             rows.append((network, name, mean, mean - half, mean + half, len(values)))
     columns = ["network", "quantity", "value", "low", "high", "n"]
-    return pd.DataFrame(rows, columns=columns).assign(population=population)[
-        ["population", *columns]
-    ]
+    return pd.DataFrame([(population, *row) for row in rows], columns=["population", *columns])
 
 
 if __name__ == "__main__":

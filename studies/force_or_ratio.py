@@ -31,7 +31,7 @@ from breaker.model.prior import Prior
 from breaker.model.quantities import SPEEDS
 from breaker.records.operations import Operation
 from studies.other_code import Other
-from studies.shared import in_pool, parser, sampled
+from studies.shared import in_pool, parser, report, sampled
 
 TIMES, START_SD = np.arange(-10.0, 70.0, 0.1), 0.3  # ms
 NOISE, SCATTER = 0.1, 0.004  # mm of a sample, and share of a parameter by operation
@@ -133,9 +133,7 @@ def main() -> None:
     rows = pd.DataFrame([row for own in in_pool(one_drive, jobs, given.cores) for row in own])
     keys = ["simulator", "change", "same"]
     table = rows.assign(drives=1).groupby(keys, sort=False).sum().astype(int).reset_index()
-    print(table.to_string(index=False))
-    if given.table:
-        table.to_csv(given.table, index=False)
+    report(given, table, rows)
 
 
 if __name__ == "__main__":

@@ -43,7 +43,7 @@ from breaker.prognosis.trend import Follower
 from studies.family_lives import INSPECTIONS, LONGER, NAME, FamilyLife
 from studies.other_lives import OtherLife
 from studies.sensors import Reading, recorded
-from studies.shared import append, in_pool
+from studies.shared import append, in_pool, sampled
 
 SEED, SETS = 75, {"other": 20, "few": 24, "few unworn": 24}
 MONITORING, INSPECTION = "monitoring", "inspections"
@@ -313,8 +313,7 @@ def main() -> None:
     """Follow the lives that a file of rows does not have, and write the tables."""
     options = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     options.add_argument("--rows", type=Path, default="results/lives.csv", metavar="CSV")
-    options.add_argument("--cores", type=int, default=1)
-    given = options.parse_args()
+    given = sampled(options).parse_args()
     given.rows.parent.mkdir(parents=True, exist_ok=True)
     done = pd.read_csv(given.rows)[["set", "life"]] if given.rows.exists() else pd.DataFrame()
     known = set(done.itertuples(index=False, name=None))

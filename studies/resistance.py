@@ -6,7 +6,7 @@ the columns remaining_length_mm, time_ms and resistance_mohm; source and licence
 """
 
 import argparse
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
@@ -17,10 +17,6 @@ from breaker.records.contacts import FEWEST, LEAST, ContactTimes, times_of
 from breaker.records.rejections import NotShownError
 
 _COLUMNS = ["remaining_length_mm", "time_ms", "resistance_mohm"]
-_HEAD = (
-    "| Length, mm | Main contact, ms | Arcing contact, ms | Between both, ms | Residual, mm |",
-    "|---|---|---|---|---|",
-)
 _CLOSED = 0.05  # share of a record in which the contact rests closed
 _INTERVAL = 0.05, 0.95  # of the residual sd: a 90 % interval
 
@@ -73,37 +69,34 @@ def fit(lengths: np.ndarray, between: np.ndarray) -> tuple[np.ndarray, np.ndarra
     return line, residuals, np.array([np.sqrt(squares / free), low, high])
 
 
-def table(result: Mapping[float, ContactTimes]) -> list[str]:
-    """Return the lines of the page: a row for each contact, and the fit below."""
-    seen = {length: item for length, item in result.items() if np.isfinite(item.arcing)}
-    lengths = np.array([*seen])
-    between = np.array([item.arcing - item.main for item in seen.values()])
-    (slope, _), residuals, (sd, low, high) = fit(lengths, between)
-    off = dict(zip(seen, residuals, strict=True))
-    lines = [*_HEAD]
-    for length, item in result.items():
-        cells = ["", item.why, "", ""]
-        if length in seen:
-            pairs = (item.main, item.main_sd), (item.arcing, item.arcing_sd)
-            cells = [f"{value:.2f} ± {error:.2f}" for value, error in pairs]
-            cells += [f"{item.arcing - item.main:.2f}", f"{off[length]:+.2f}"]
-        lines.append(f"| {length:g} | {' | '.join(cells)} |")
-    share = float(np.corrcoef(lengths, between)[0, 1])
-    fitted = (
-        f"{slope:.3f} mm/ms, residual sd {sd:.2f} mm (90 % interval {low:.2f} to {high:.2f} mm)"
+def table(result: Mapping[float, ContactTimes]) -> pd.DataFrame:
+    """Return a row for each contact, whose line of best fit is in the attributes."""
+    rows = pd.DataFrame(
+        {
+            "length, mm": [*result],
+            "main, ms": [times.main for times in result.values()],
+            "arcing, ms": [times.arcing for times in result.values()],
+        }
     )
-    return [*lines, "", f"n = {lengths.size}: {fitted}, correlation {share:.4f}"]
+    between = rows["arcing, ms"] - rows["main, ms"]
+    seen = between.notna()
+    (slope, _), residuals, sd = fit(rows["length, mm"][seen].values, between[seen].values)
+    rows.loc[seen, "residual, mm"] = residuals
+    rows["not seen because"] = [times.why for times in result.values()]
+    rows.attrs = {"n": int(seen.sum()), "slope, mm/ms": slope}
+    rows.attrs |= dict(zip(("residual sd, mm", "from (90 %)", "to (90 %)"), sd, strict=True))
+    return rows
 
 
-def main(arguments: Sequence[str] | None = None) -> int:
+def main() -> None:
     """Print the table of a file."""
-    parser = argparse.ArgumentParser(prog="python -m studies.resistance", description=__doc__)
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("file", type=Path, help="CSV of openings of contacts of known length")
-    openings = read(parser.parse_args(arguments).file)
-    result = {length: separations(*opening) for length, opening in openings.items()}
-    print("\n".join(table(result)))
-    return 0
+    openings = read(parser.parse_args().file)
+    rows = table({length: separations(*opening) for length, opening in openings.items()})
+    print(rows.round(2).fillna("").to_string(index=False))
+    print(*(f"{name}: {value:.3g}" for name, value in rows.attrs.items()), sep=", ")
 
 
 if __name__ == "__main__":
-    raise SystemExit(main())
+    main()

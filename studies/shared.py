@@ -24,10 +24,19 @@ def parser(description: str) -> argparse.ArgumentParser:
 
 
 def sampled(options: argparse.ArgumentParser, **counts: int) -> argparse.ArgumentParser:
-    """Add options for numbers of samples, a seed and processes."""
-    for name, default in (counts | {"seed": 1, "cores": 1}).items():
+    """Add options for numbers of samples, a seed, and processes."""
+    for name, default in (counts | {"cores": 1}).items():
         options.add_argument(f"--{name}", type=int, default=default)
     return options
+
+
+def report(given: argparse.Namespace, table: pd.DataFrame, rows: pd.DataFrame) -> None:
+    """Print a table, and write it and its rows to the files that are given."""
+    print(table.to_string(index=False))
+    for file, part in ((given.table, table), (given.rows, rows)):
+        if file:
+            file.parent.mkdir(parents=True, exist_ok=True)
+            part.to_csv(file, index=False)
 
 
 def in_pool(function: Callable, jobs: Iterable[tuple], cores: int) -> Iterator:

@@ -23,7 +23,7 @@ from breaker.configuration.loading import load
 from breaker.model.parameters import NAMES
 from breaker.model.prior import Prior
 from studies.other_code import Other
-from studies.shared import call, in_pool, parser, sampled
+from studies.shared import call, in_pool, parser, report, sampled
 
 LEAD, LENGTH, NOISE = 30.0, 110.0, 0.009  # ms, ms, share of the stroke
 OTHER = {"closing": "opening", "opening": "closing"}
@@ -55,10 +55,10 @@ class Record(NamedTuple):
 
 
 class Case:
-    """Draws of a case, and the folder of its files."""
+    """Draws of a case, the folder of its files, and files of its settings."""
 
     def __init__(self, seed: Sequence[int], folder: Path) -> None:
-        self.rng, self.folder = np.random.default_rng(seed), folder
+        self.rng, self.folder, self.settings = np.random.default_rng(seed), folder, []
         self.drive = Other.drawn(Prior.from_settings(load()["prior"]), self.rng)
         self.rate = self.pick([5.0, 10.0, 20.0])  # kHz
 
@@ -218,10 +218,10 @@ def limits(right: str, *wrong_ones: str) -> Make:
 
     def make(case: Case, wrong: bool) -> Commands:
         record, line = case.record("closing"), case.pick(wrong_ones) if wrong else right
-        own = case.folder / "own.yaml"
-        own.parent.mkdir(parents=True, exist_ok=True)
-        own.write_text("limits:\n  - " + line.replace("STROKE", f"{record.stroke:.1f}") + "\n")
-        return infer(case.write("a.csv", record), options=["--config", own])
+        case.settings.append(case.folder / "own.yaml")
+        file, text = case.write("a.csv", record), line.replace("STROKE", f"{record.stroke:.1f}")
+        case.settings[0].write_text(f"limits:\n  - {text}\n")
+        return infer(file)
 
     return make
 
@@ -349,15 +349,15 @@ def warnings_of(value: object, inside: bool = False) -> list[str]:
 def one_input(kind: str, number: int, seed: int, wrong: bool, folder: Path) -> dict:
     """Make an input, run its commands, and say whether its trouble is named."""
     make, pattern = KINDS[kind]
-    commands = make(Case([seed, number, *kind.encode()], folder), wrong)
+    case = Case([seed, number, *kind.encode()], folder)
+    commands = make(case, wrong)
     layout, first = folder / "layout.yaml", commands[0][1]
     inspect = ["inspect", first, "--output", layout]
     said = [(inspect, *call(*inspect))]
     for command in commands:
-        own = ["--config", layout] * (layout.exists() and command[0] != "inspect")
-        if "--config" in command and own:
-            command, own = command[:-2], [*own, command[-1]]
-        said.append((command, *call(*command, *own)))
+        files = [*[layout] * layout.exists(), *case.settings]
+        options = ["--config", *files] * (bool(files) and command[0] != "inspect")
+        said.append((command, *call(*command, *options)))
     words = "\n".join(words_of(command, *texts) for command, _, *texts in said)
     words = re.sub(re.escape(str(folder)) + r"[\w./]*", "FILE", words)
     named = re.search(pattern, re.sub(STANDING, "", words, flags=re.M), re.I | re.M)
@@ -390,16 +390,10 @@ def summary(rows: pd.DataFrame) -> pd.DataFrame:
 
 
 def main() -> None:
-    options = sampled(parser(__doc__), cases=6)
-    options.add_argument("--kinds", nargs="+", choices=KINDS, default=[*KINDS], metavar="KIND")
-    given = options.parse_args()
-    jobs = [(kind, number, given.seed) for kind in given.kinds for number in range(given.cases)]
+    given = sampled(parser(__doc__), cases=6, seed=1).parse_args()
+    jobs = [(kind, number, given.seed) for kind in KINDS for number in range(given.cases)]
     rows = pd.DataFrame([row for pair in in_pool(one_case, jobs, given.cores) for row in pair])
-    table = summary(rows)
-    print(table.to_string(index=False))
-    for name, part in ((given.table, table), (given.rows, rows)):
-        if name:
-            part.to_csv(name, index=False)
+    report(given, summary(rows), rows)
 
 
 if __name__ == "__main__":

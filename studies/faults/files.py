@@ -6,7 +6,6 @@ them have between their cells. What is no text is damaged like any other file.
 """
 
 import re
-from collections import Counter
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -18,7 +17,6 @@ Damage = Callable[[bytes, np.random.Generator], bytes]
 TEXT: dict[str, Damage] = {}
 """Kinds of damage by name."""
 _CELL = re.compile(rb"-?\d+(?:[.,]\d+)?(?:[eE][+-]?\d+)?")
-_UNITS = [b"mm", b"ms", b"cm", b"us", b"deg", b"s", b"m", b"V", b"inch"]
 _ODD = [
     "1_000", "1e246", "-1e300", "1e-320", "٣٫١٤", "１２.５", "²", "nan", "inf", "-inf", "N/A",
     "#DIV/0!", "---", "OVER", "1.2.3", "1,234.5", "0x1F", "1e5000", "12 34", "+-1", "1.", ".", "on",
@@ -53,14 +51,6 @@ def _delimiter(content: bytes) -> bytes:
     return next(
         (sign for sign in (b";", b"\t", b"|", b",") if content[-600:].count(sign) > 5), b" "
     )
-
-
-def _columns(content: bytes) -> tuple[list[bytes], bytes, bytes, int, int]:
-    """Lines, what ends them, the sign between cells, their number, the first line of samples."""
-    (lines, end), sign = _lines(content), _delimiter(content)
-    width = Counter(line.count(sign) for line in lines).most_common(1)[0][0]
-    first = (i for i, line in enumerate(lines) if re.match(rb"\W*\d", line))
-    return lines, end, sign, width + 1, next(first, 0)
 
 
 def _in_cells(change: Callable[[bytes, np.random.Generator], bytes]) -> Damage:
@@ -166,61 +156,6 @@ def other_encoding(content: bytes, rng: np.random.Generator) -> bytes:
         return _one(rng, [b"\xef\xbb\xbf", b"\xff\xfe", b"\xfe\xff"]) * rng.integers(1, 3) + content
     new = _one(rng, ["utf-16", "utf-16-le", "utf-16-be", "utf-32", "utf-8-sig", "cp037"])
     return content.decode("latin-1").encode(new, errors="replace")
-
-
-@kind
-def line_ends(content: bytes, rng: np.random.Generator) -> bytes:
-    """Lines end in another way, all or some of them."""
-    new = _one(rng, [b"\r\n", b"\r", b"\n\n", b"\r\r\n", b"\n\r", b"\x0b", b"\x85", b"\x1e"])
-    lines, end = _lines(content)
-    every = rng.random() < 0.5
-    where = set(range(len(lines)) if every else _some(rng, len(lines)).tolist())
-    return b"".join(line + (new if i in where else end) for i, line in enumerate(lines))
-
-
-@kind
-def long_line(content: bytes, rng: np.random.Generator) -> bytes:
-    """One line has up to 300,000 signs more: digits, delimiters, blanks or quotation marks."""
-    lines, end = _lines(content)
-    i = int(rng.integers(len(lines)))
-    more = _one(rng, [b"9", _delimiter(content), b" ", b'"', b"x", b"1" + _delimiter(content)])
-    lines[i] += more * round(size(rng, 10, 300_000))
-    return end.join(lines)
-
-
-@kind
-def other_units(content: bytes, rng: np.random.Generator) -> bytes:
-    """Units of the head are others."""
-    for i in rng.permutation(len(_UNITS)):
-        pattern = re.compile(rb"(?<![A-Za-z])" + _UNITS[i] + rb"(?![A-Za-z])")
-        if pattern.search(content):
-            return pattern.sub(_one(rng, _UNITS), content)
-    return content
-
-
-@kind
-def columns_swapped(content: bytes, rng: np.random.Generator) -> bytes:
-    """Two columns change places, with their names or without them, in all lines or from one on."""
-    lines, end, sign, width, samples = _columns(content)
-    i, j = rng.integers(0, width, 2)
-    for n in range(_one(rng, [0, samples, int(rng.integers(len(lines)))]), len(lines)):
-        cells = lines[n].split(sign)
-        if len(cells) > max(i, j):
-            cells[i], cells[j] = cells[j], cells[i]
-            lines[n] = sign.join(cells)
-    return end.join(lines)
-
-
-@kind
-def names_changed(content: bytes, rng: np.random.Generator) -> bytes:
-    """A word of the head is spelt otherwise, gone, or there twice."""
-    words = list(re.finditer(rb"[A-Za-z]{3,}", content[:3000]))
-    if not words:
-        return content
-    word = _one(rng, words)
-    text = word.group()
-    new = [text.upper(), text.title(), text + b" 1", b"", text[::-1], text + b"\t" + text]
-    return content[: word.start()] + _one(rng, new) + content[word.end() :]
 
 
 @kind

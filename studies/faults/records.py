@@ -53,12 +53,6 @@ def clipped(time: np.ndarray, travel: np.ndarray, rng: np.random.Generator) -> R
 
 
 @kind
-def drifting(time: np.ndarray, travel: np.ndarray, rng: np.random.Generator) -> Record:
-    """The zero drifts evenly, by 0.01 to 20 mm over the record."""
-    return time, travel + _signed(rng, 0.01, 20.0) * np.linspace(0.0, 1.0, time.size)
-
-
-@kind
 def offset(time: np.ndarray, travel: np.ndarray, rng: np.random.Generator) -> Record:
     """The zero is off by 0.01 to 30 mm."""
     return time, travel + _signed(rng, 0.01, 30.0)
@@ -129,12 +123,6 @@ def time_scaled(time: np.ndarray, travel: np.ndarray, rng: np.random.Generator) 
 
 
 @kind
-def time_jitter(time: np.ndarray, travel: np.ndarray, rng: np.random.Generator) -> Record:
-    """Each time is off by itself, with an sd of 0.1 µs to 10 ms."""
-    return time + size(rng, 1e-4, 10.0) * rng.standard_normal(time.size), travel
-
-
-@kind
 def time_jumps(time: np.ndarray, travel: np.ndarray, rng: np.random.Generator) -> Record:
     """The clock jumps once, by 1 µs to 1 s, on or back."""
     return time + _signed(rng, 1e-3, 1e3) * (time > rng.uniform(time[0], time[-1])), travel
@@ -195,13 +183,6 @@ def smoothed(time: np.ndarray, travel: np.ndarray, rng: np.random.Generator) -> 
 
 
 @kind
-def upside_down(time: np.ndarray, travel: np.ndarray, rng: np.random.Generator) -> Record:
-    """The sign is wrong, about zero or about the middle of the stroke."""
-    middle = rng.choice([0.0, float(np.median(travel))])
-    return time, 2 * middle - travel
-
-
-@kind
 def begins_late(time: np.ndarray, travel: np.ndarray, rng: np.random.Generator) -> Record:
     """The first 0.1 to 99 % of the record are missing."""
     first = round(size(rng, 0.001, 0.99) * time.size)
@@ -213,31 +194,6 @@ def ends_early(time: np.ndarray, travel: np.ndarray, rng: np.random.Generator) -
     """The last 0.1 to 99 % of the record are missing."""
     last = time.size - round(size(rng, 0.001, 0.99) * time.size)
     return time[:last], travel[:last]
-
-
-@kind
-def moves_back(time: np.ndarray, travel: np.ndarray, rng: np.random.Generator) -> Record:
-    """The drive moves back to where it was, 1 to 70 ms after the record begins, in 2 to 30 ms."""
-    begins, lasts = size(rng, 1.0, 70.0), size(rng, 2.0, 30.0)
-    back = np.clip((time - time[0] - begins) / lasts, 0.0, 1.0)
-    return time, travel + (travel[0] - travel) * back**2 * (3.0 - 2.0 * back)
-
-
-@kind
-def two_motions(time: np.ndarray, travel: np.ndarray, rng: np.random.Generator) -> Record:
-    """A motion and its reverse, 0.5 to 300 ms later, in one record."""
-    step, wait = np.median(np.diff(time)), round(size(rng, 0.5, 300.0))
-    noise = rng.permutation(np.diff(travel[: time.size // 12])) / np.sqrt(2.0)
-    rest = travel[-1] + np.resize(noise, max(1, round(wait / step)))
-    both = np.concatenate([travel, rest, travel[::-1]])
-    return time[0] + step * np.arange(both.size), both
-
-
-@kind
-def flat(time: np.ndarray, travel: np.ndarray, rng: np.random.Generator) -> Record:
-    """Nothing moves: the noise at rest, or one value."""
-    noise = size(rng, 1e-4, 1.0) * rng.standard_normal(time.size)
-    return time, travel[0] + noise * (rng.random() < 0.8)
 
 
 @kind

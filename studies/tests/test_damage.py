@@ -9,7 +9,7 @@ from studies.faults.files import TEXT
 from studies.faults.records import PHYSICAL
 
 TIME = np.arange(0.0, 70.0, 0.1)
-DRAWS = 12
+DRAWS = 12  # of each kind
 
 
 @pytest.fixture(scope="module")
