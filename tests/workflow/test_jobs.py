@@ -73,8 +73,3 @@ def test_appended_operations_change_their_own_chunks_alone(size):
         name: before[name] for name in before if name != last
     }
     assert [number for some in after.values() for number in some] == [*range(1, 31), 40, 41, 42]
-
-
-def test_missing_numbers_give_no_empty_chunks_and_order_does_not_matter():
-    """Nor do other numbers, so that an operation is in the same chunk in both motions."""
-    assert chunks_of([70, 1, 0, 20, 21, 1], 20) == {"000": [0, 1, 20], "001": [21], "003": [70]}

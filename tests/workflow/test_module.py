@@ -7,7 +7,6 @@ import subprocess
 import sys
 
 import pytest
-import yaml
 
 from tests.workflow.conftest import ROOT, snakemake
 
@@ -78,23 +77,6 @@ def test_a_figure_is_made_through_a_module_of_a_repository(folder):
     assert {item.name for item in folder.iterdir()} - before <= {"drive", ".snakemake"}
     assert "Nothing to be done" in snakemake("-n", FIGURE, folder=folder)
     snakemake("--lint", folder=folder)  # which fails where it has a finding
-
-
-@pytest.mark.slow
-def test_the_catalogue_finds_what_it_looks_for(tmp_path):
-    """A file of the usage, a schema, and a graph of the rules by its own command."""
-    usage = yaml.safe_load((ROOT / ".snakemake-workflow-catalog.yml").read_text(encoding="utf-8"))
-    assert set(usage["usage"]["mandatory-flags"]) == {"desc", "flags"}
-    deployment = usage["usage"]["software-stack-deployment"]
-    assert {name for name, given in deployment.items() if given} == {"conda", "report"}
-    shutil.copytree(ROOT / ".test", tmp_path / ".test")
-    where = ["-s", ROOT / "workflow/Snakefile", "-c", "1", "-d", tmp_path / ".test"]
-    graph = snakemake(*where, "--forceall", "--rulegraph")
-    assert 'label = "figures_life"' in graph
-    here = ["--configfile", ROOT / "config/test.yaml", "--forceall", "--rulegraph"]
-    rules = [set(re.findall('label = "(.*?)"', said)) for said in (graph, snakemake(*here))]
-    assert rules[1] - rules[0] == {"everything"}, "without a target, the project's file does `all`"
-    assert (ROOT / "workflow/schemas/config.schema.yaml").exists()
 
 
 def test_without_the_package_the_remedy_is_named(tmp_path):

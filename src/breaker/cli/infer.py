@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterable
 from breaker.cli import inputs
 from breaker.cli.outputs import check_outputs, draw, say_written, write_lines
 from breaker.common.text import say
+from breaker.configuration.loading import check, merge
 
 
 def add(infer: argparse.ArgumentParser) -> None:
@@ -27,17 +28,12 @@ def add(infer: argparse.ArgumentParser) -> None:
 
 def _fact(text: str) -> tuple[str, list[float]]:
     """Return name, value and sd of ``NAME=VALUE:SD``."""
-    from breaker.model.quantities import check_fact
-
     name, _, numbers = text.partition("=")
     try:
         value, sd = map(float, numbers.split(":"))
-    except ValueError:
-        name = ""
-    if not name:
-        raise argparse.ArgumentTypeError(f"{text!r} is not NAME=VALUE:SD, such as L=10.8:0.2")
-    if complaint := check_fact(value, sd):
-        raise argparse.ArgumentTypeError(f"{text!r} {complaint}")
+    except ValueError as error:
+        what = f"{text!r} is not NAME=VALUE:SD, such as L=10.8:0.2"
+        raise argparse.ArgumentTypeError(what) from error
     return name, [value, sd]
 
 
@@ -45,6 +41,9 @@ def run(options: argparse.Namespace) -> int:
     """Infer and judge, write what is asked for, and print the answer."""
     check_outputs([(options.output, "table"), (options.plot, "picture")])
     config = inputs.settings_of(options.config)
+    if options.known:
+        config = merge(config, {"known": dict(options.known)})
+        check(config, source="--known", curves=False)
     limits = inputs.limits_of(config, options.config)
     # Imported here, so that --help and wrong options answer at once.
     from breaker.common.document import text_of
@@ -54,7 +53,7 @@ def run(options: argparse.Namespace) -> int:
     from breaker.diagnosis.tables import document_of
     from breaker.diagnosis.words import say as words_for
 
-    given = given_by(config, dict(options.known))
+    given = given_by(config)
     diagnosis = Diagnosis(config, limits, given, _families(options.model), types_of(config))
     choice = inputs.choice_of(options)
     diagnosis = diagnosis.of_files(options.files, choice, of_type=options.type)

@@ -46,12 +46,11 @@ def save(dataset: xr.Dataset, path: str | Path) -> None:
 def open_store(path: str | Path) -> xr.Dataset:
     """Open a store that ``save`` has written, or raise a StoreError; values are read when used."""
     path = Path(path)
-    if not path.is_dir():
-        raise StoreError(path, "there is no such store")
     try:
         expected = json.loads((path / _CHECKSUMS).read_text(encoding="utf-8"))
     except (OSError, ValueError) as error:
-        raise StoreError(path, f"its writing was interrupted: no {_CHECKSUMS}") from error
+        fault = f"it has no {_CHECKSUMS}: it is not there, or its writing was interrupted"
+        raise StoreError(path, fault) from error
     actual = _checksums(path)
     for name, checksum in expected.items():
         if actual.get(name) != checksum:

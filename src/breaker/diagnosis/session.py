@@ -174,15 +174,13 @@ class Diagnosis:
         return compared
 
 
-def given_by(config: Mapping, known: Mapping[str, Sequence[float]] | None = None) -> Given:
+def given_by(config: Mapping) -> Given:
     """Return what a configuration gives apart from records.
-
-    Known values of a command replace those of the configuration.
 
     Raises:
         ValueError: If a known value is of nothing that is inferred.
     """
-    values, usual = {**config["known"], **(known or {})}, defaults()
+    values, usual = config["known"], defaults()
     if wrong := [name for name in values if name not in KNOWN_VALUES]:
         raise ValueError(say("known-of-nothing", name=wrong[0], known=", ".join(KNOWN_VALUES)))
     if all(config[key] == usual[key] for key in ("prior", "size")):
