@@ -71,10 +71,10 @@ def write_lines(name: str, text: str) -> str:
 
 def draw(figure, name: str) -> str:
     """Write a figure to a file, and return a sentence on it."""
-    from breaker.figures.style import encoded, without_font
+    from breaker.figures.style import encoded
 
     write(name, encoded(figure, Path(name).suffix[1:].lower()))
-    return "\n".join(filter(None, [f"drawn in {name}", without_font([figure])]))
+    return f"drawn in {name}"
 
 
 def say_written(written: Iterable[str], as_json: bool = False) -> None:

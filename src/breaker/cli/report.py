@@ -34,7 +34,6 @@ def run(options: argparse.Namespace) -> int:
     config = inputs.settings_of(options.config)
     limits = inputs.limits_of(config, options.config)
     # Imported here, so that --help and wrong options answer at once.
-    from breaker.common.document import html_page
     from breaker.diagnosis.inspection import read_inspection
     from breaker.diagnosis.report import report_of
 
@@ -50,17 +49,13 @@ def run(options: argparse.Namespace) -> int:
     )
     report = report_of(diagnosis)
     # Imported here, so that errors of the records are said first.
-    from breaker.figures.reports import curves
-    from breaker.figures.style import encoded, without_font
+    from breaker.figures.reports import report_page
 
-    pictures = list(curves(report.panels, report.colours))
-    page = html_page(report, [encoded(picture, "png") for picture in pictures])
-    write(options.output, page.encode("utf-8"))
+    write(options.output, report_page(report).encode("utf-8"))
     *warnings, verdict = report.summary
     for warning in warnings:
         say(warning)
     for reason in dict.fromkeys(record.reason for record in diagnosis.records if record.reason):
         say(f"breaker: not in the report: {reason}", on_stderr=True)
-    written = f"report written to {options.output}"
-    say("\n".join(filter(None, [verdict, written, without_font(pictures)])))
+    say(f"{verdict}\nreport written to {options.output}")
     return 0

@@ -25,6 +25,18 @@ def curve_of(record: DriveRecord, begin: float = 0.0) -> tuple[np.ndarray, np.nd
     return time[near], raw.left[near]
 
 
+def speed_zone(estimate: Estimate) -> list[float]:
+    """Return the times between which the speed of the motion is measured, ms of the file; none
+    where it is not.
+    """
+    raw, name = estimate.record.raw, f"{estimate.record.motion}_speed"
+    reading = raw.reading.with_contact(estimate.contact, estimate.speeds, raw.currents)
+    for speed in estimate.speeds:
+        if speed.name == name and not estimate.measured[name].reason:
+            return [reading.place(point)[0].value for point in (speed.start, speed.end)]
+    return []
+
+
 class Overlay(NamedTuple):
     """A record over a reference of the same motion.
 

@@ -158,7 +158,7 @@ def answer(estimates: Sequence["Estimate"], prior: np.ndarray) -> Figure:
 
 def _file(estimate: "Estimate") -> str:
     """Return the name of an estimate's file."""
-    return style.file_name(printable(estimate.record.operation.file).rpartition("/")[2])
+    return style.shortened(printable(estimate.record.operation.file.name), 46)
 
 
 def _fitted(upper: Axes, lower: Axes, estimate: "Estimate", width: float) -> None:

@@ -10,18 +10,20 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from breaker.common.colours import phase_colours
+from breaker.common.document import html_page
 from breaker.common.numerals import in_digits
+from breaker.diagnosis.curves import curve_of, speed_zone
 from breaker.figures import panels as p
 from breaker.figures import style
 from breaker.figures.records import difference
 from breaker.model.parameters import NAMES
-from breaker.records.measurements import Reading
 
 if TYPE_CHECKING:
     from breaker.diagnosis.changes import QuantityChange
     from breaker.diagnosis.curves import Panel
     from breaker.diagnosis.estimate import Estimate
     from breaker.diagnosis.inspection_change import InspectionChange
+    from breaker.diagnosis.report import Report
     from breaker.diagnosis.type_prior import TypePrior
 
 
@@ -37,20 +39,21 @@ def comparison(document: "InspectionChange") -> Figure:
     # Warnings have names that users gave, and are shown as they are.
     said = [style.literal(f"WARNING: {warning}") for warning in document.warnings]
     said += map(p.spoken, document.summary)
-    headline = "\n".join(style.within(sentence, 11.3, 12.0) for sentence in said)
+    headline = "\n".join(style.within(sentence, 13.3, 12.0) for sentence in said)
     head = 0.19 * headline.count("\n") + 0.4  # inches
     rows = [*document.measured, *(row for row in document.inferred if row.identifiable)]
-    figure = style.new_figure(11.5, head + 0.29 * (len(rows) + 2.0) + 1.0)
+    figure = style.new_figure(13.5, head + 0.29 * (len(rows) + 2.0) + 1.0)
     heights = [head, figure.get_figheight() - head]
     above, below = figure.subfigures(2, 1, height_ratios=heights)
     above.text(0.01, 0.97, headline, va="top", weight="bold", fontsize=10.5)
     axis = below.subplots()
-    labels, numbers = ["before → today"], ["P unchanged  P worse"]
+    row_of, labels = "{:>28}  {:>11}  {:>7}".format, ["before → today"]
+    numbers = [row_of("change, 90 % interval", "P unchanged", "P worse")]
     shares = [row.if_changed for row in rows if row.shown[2] == "%"]
     farthest = 1.08 * max((abs(x) for change in shares for x in change), default=0.0)
     extent = min(max(farthest, _LEAST_EXTENT), _EXTENT)
     for y, row in enumerate(rows, start=1):
-        _change(axis, y, row, extent)
+        _change(axis, y, row)
         values = ""
         if row.measured:
             before, today = in_digits(row.before, 4), in_digits(row.today, 4)
@@ -58,7 +61,9 @@ def comparison(document: "InspectionChange") -> Figure:
         labels.append(p.spoken(row.words + values))
         chances = (row.p_unchanged, row.p_worse)
         texts = ("" if chance is None else f"{chance:.2f}" for chance in chances)
-        numbers.append("{:>11}  {:>7}".format(*texts))
+        change, interval, _ = row.shown if row.measured or row.changed else ("", "", "")
+        words = p.signed(f"{change} ({interval})") if change else ""
+        numbers.append(row_of(words, *texts))
     axis.axvline(0.0, color=style.REFERENCE, lw=0.8)
     axis.axhline(len(document.measured) + 0.5, color=style.REFERENCE, lw=0.6)
     for text in p.rows_of_words(axis, labels, numbers).get_yticklabels():
@@ -68,34 +73,24 @@ def comparison(document: "InspectionChange") -> Figure:
     return figure
 
 
-def _change(axis: Axes, y: int, row: "QuantityChange", extent: float) -> None:
-    """Draw a change with its interval. Words state one that the axis cannot show: beyond its ends,
-    or not in percent.
-    """
-    words, interval, unit = row.shown
-    place = {"textcoords": "offset points", "fontsize": 8}
-    text = p.signed(f"{words} ({interval})")
-    if unit != "%":
-        axis.annotate(text, (0.0, y), xytext=(4, -3), **place)
+def _change(axis: Axes, y: int, row: "QuantityChange") -> None:
+    """Draw a change with its interval, if it is in percent; the axis may end before."""
+    if row.shown[2] != "%":
         return
-    change = row.if_changed if row.changed else row.change
-    low, middle, high = np.clip(change, -extent, extent)
     label, colour = "no change detected", style.PRIOR
     if row.changed:
         label = "changed for the worse" if row.is_worse else "changed"
         colour = style.WARNING if row.is_worse else style.CHANGED
+    low, middle, high = row.if_changed if row.changed else row.change
     axis.hlines(y, low, high, color=colour, lw=2.4, label=label)
-    if abs(change[1]) <= extent:
-        look = {"mec": "white"} if row.changed else {"mfc": "white"}
-        axis.plot(middle, y, "s" if row.measured else "o", color=colour, ms=7, **look)
-    sides = [-1] * (change[0] < -extent) + [1] * (change[2] > extent)
-    for side in sides:
-        look = {"marker": "<" if side < 0 else ">", "ls": "", "ms": 8, "clip_on": False}
-        axis.plot(side * extent, y, color=colour, zorder=3, **look)
-    if sides:
-        at = sides[-1] if change[1] > 0.0 else sides[0]
-        place["ha"] = "left" if at < 0 else "right"
-        axis.annotate(text, (at * extent, y), xytext=(-7 * at, 4), **place)
+    look = {"mec": "white"} if row.changed else {"mfc": "white"}
+    axis.plot(middle, y, "s" if row.measured else "o", color=colour, ms=7, **look)
+
+
+def report_page(report: "Report") -> str:
+    """Return a report as a page of HTML with its pictures."""
+    pictures = curves(report.panels, report.colours)
+    return html_page(report, [style.encoded(picture, "png") for picture in pictures])
 
 
 def curves(
@@ -193,8 +188,6 @@ def _name(phase: str) -> str:
 
 def _curve(estimate: "Estimate") -> tuple[np.ndarray, np.ndarray]:
     """Return times of the file and travel, from the trigger on with some of the rest before it."""
-    from breaker.diagnosis.curves import curve_of
-
     raw = estimate.record.raw
     time, travel = curve_of(estimate.record, 1.1 * (estimate.contact.trigger - raw.moves))
     return time + raw.moves, travel
@@ -203,37 +196,20 @@ def _curve(estimate: "Estimate") -> tuple[np.ndarray, np.ndarray]:
 def _channel(axis: Axes, estimate: "Estimate", colour: str) -> None:
     """Draw the travel of a channel with what is read off it."""
     record, raw, contact = estimate.record, estimate.record.raw, estimate.contact
-    time, travel = _curve(estimate)
+    (time, travel), zone = _curve(estimate), speed_zone(estimate)
     known, closes = np.isfinite(travel), record.motion == "closing"
     axis.plot(time, travel, color=colour, lw=1.1, label=_name(record.operation.phase))
     how, face = ("measured", colour) if record.timed else ("by the model", "white")
     event = f"{'touch' if closes else 'separation'}, {how}"
     moves = np.nan if raw.reading.start_hidden else raw.moves
     triangle, circle = {"marker": "v", "ms": 6}, {"marker": "o", "ms": 5, "mfc": face}
-    marks = (moves, "first detected motion", triangle), (contact.time, event, circle)
+    marks = [(moves, "first detected motion", triangle), (contact.time, event, circle)]
+    marks += [(at, "ends of the speed zone", {"marker": "s", "ms": 3}) for at in zone]
     for at, label, look in marks:
         level = np.interp(at, time[known], travel[known])
         axis.plot(at, level, color=colour, ls="", zorder=4, label=label, **look)
-    if points := _points(estimate):
-        look = {"color": colour, "ls": "", "zorder": 4, "marker": "s", "ms": 3}
-        axis.plot(*zip(*points, strict=True), label="points of speeds", **look)
     for level in (raw.segment.before, raw.segment.after):
         axis.axhline(level, color=colour, lw=0.6, ls="--", zorder=1, label="rest positions")
-
-
-def _points(estimate: "Estimate") -> list[tuple[float, float]]:
-    """Return times and travels of the points between which speeds are measured; an event itself
-    has its own mark.
-    """
-    record, points = estimate.record, []
-    reading = Reading(record.raw, estimate.contact)
-    sign = 1.0 if record.motion == "closing" else -1.0
-    for speed in estimate.speeds:
-        if speed.motion == record.motion and not estimate.measured[speed.name].reason:
-            ends = [p for p in (speed.start, speed.end) if not p.of_event or p.amount or p.later]
-            for at, level in map(reading.place, ends):
-                points.append((at.value, sign * level.value))
-    return points
 
 
 @style.styled

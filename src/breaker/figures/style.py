@@ -6,9 +6,9 @@ Figures are made without pyplot, so nothing is kept open and no window system is
 import logging
 import re
 import warnings
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from functools import cache, wraps
+from functools import wraps
 from io import BytesIO
 from pathlib import Path
 from textwrap import wrap
@@ -16,13 +16,11 @@ from typing import ParamSpec
 
 import matplotlib as mpl
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
-from matplotlib.font_manager import FontProperties, findfont, fontManager, get_font
-from matplotlib.text import Annotation, Text
+from matplotlib.font_manager import fontManager
+from matplotlib.text import Annotation
 from PIL import Image
 
-from breaker.common.numerals import first_of
 from breaker.common.text import visible_text
 
 MEASURED = "#000000"  # what was measured, and the truth of a simulation
@@ -48,6 +46,12 @@ OTHER_FONTS = (
     *("Malgun Gothic", "NanumGothic", "Noto Sans Hebrew", "Noto Sans Thai", "Noto Sans Symbols"),
 )
 """Families that have what ``OWN_FONT`` lacks, where a machine has them."""
+
+_LACKS = r"(?s)Glyph .* missing from"
+_BOXES = (
+    "no font of this machine has some signs of a picture, so boxes stand there; install one that "
+    "has, such as Noto Sans CJK of Chinese, Japanese and Korean"
+)
 
 _SETTINGS = {
     "figure.dpi": 150,
@@ -80,18 +84,16 @@ P = ParamSpec("P")
 
 @contextmanager
 def _settings() -> Iterator[None]:
-    """Draw in the project's style, without matplotlib's warnings of signs that no font has."""
-    logger = logging.getLogger("matplotlib")
-    level = logger.level
-    with mpl.rc_context(), warnings.catch_warnings():
-        warnings.filterwarnings("ignore", r"(?s)Glyph .* missing from")
-        logger.setLevel(logging.ERROR)
+    """Draw in the project's style; an error in the log says that no font has a sign."""
+    there = {font.name for font in fontManager.ttflist}
+    fonts = [OWN_FONT, *(font for font in OTHER_FONTS if font in there)]
+    with mpl.rc_context(), warnings.catch_warnings(record=True) as caught:
+        warnings.filterwarnings("always", _LACKS)
         mpl.rcdefaults()
-        mpl.rcParams.update(_SETTINGS | {"font.family": families(), "svg.hashsalt": "breaker"})
-        try:
-            yield
-        finally:
-            logger.setLevel(level)
+        mpl.rcParams.update(_SETTINGS | {"font.family": fonts, "svg.hashsalt": "breaker"})
+        yield
+    if any(re.match(_LACKS, str(warning.message)) for warning in caught):
+        logging.getLogger("breaker").error(_BOXES)
 
 
 def styled(draw: Callable[P, Figure]) -> Callable[P, Figure]:
@@ -100,6 +102,7 @@ def styled(draw: Callable[P, Figure]) -> Callable[P, Figure]:
     @wraps(draw)
     def wrapper(*args: P.args, **kwargs: P.kwargs) -> Figure:
         with _settings():
+            warnings.filterwarnings("ignore", _LACKS)  # they come again as the file is written
             figure = draw(*args, **kwargs)
             if figure.axes:
                 figure.get_layout_engine().execute(figure)
@@ -136,63 +139,22 @@ def literal(text: object) -> str:
     return visible_text(" ".join(str(text).splitlines())).replace("$", r"\$")
 
 
-def file_name(path: object) -> str:
-    """Return the name of a file without its folder, shortened if it is long."""
-    return shortened(re.split(r"[/\\]", str(path))[-1], 46)
-
-
 def shortened(text: str, most: int) -> str:
     """Return the first and last letters of a text that has more than so many."""
     half = most // 2
     return text if len(text) <= most else f"{text[: half - 1]}…{text[-half:]}"
 
 
-def save(figure: Figure, path: str | Path) -> None:
-    """Write a figure as PNG of 256 colours, a third of the size; log signs that no font has."""
-    canvas = FigureCanvasAgg(figure)
-    with _settings():
-        canvas.draw()
-    if lacking := without_font([figure]):
-        logging.getLogger("breaker").warning("%s: %s", path, lacking)
-    colours = Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB")
-    colours.quantize(256, dither=Image.Dither.NONE).save(path, optimize=True)
-
-
 def encoded(figure: Figure, form: str) -> bytes:
-    """Return a file of a format, such as "png", without its date; signs not shown are escaped."""
+    """Return a file of a format, such as "png", without its date."""
     date = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}.get(form)
-    for text in figure.findobj(Text):
-        text.set_text(visible_text(text.get_text()))
     file = BytesIO()
     with _settings():
         figure.savefig(file, format=form, **({"metadata": date} if date else {}))
     return file.getvalue()
 
 
-def families() -> list[str]:
-    """Return the families of letters: that of matplotlib, and others that this machine has."""
-    there = {font.name for font in fontManager.ttflist}
-    return [OWN_FONT, *(font for font in OTHER_FONTS if font in there)]
-
-
-def without_font(figures: Iterable[Figure]) -> str:
-    """Say which signs in figures no font of this machine has; empty if there is none."""
-    lacking = {}
-    for text in (text_box.get_text() for figure in figures for text_box in figure.findobj(Text)):
-        # Text with mathematics in it is set in matplotlib's own font alone.
-        others = [] if text.replace(r"\$", "").count("$") > 1 else families()[1:]
-        for sign in (character for character in text if not character.isspace()):
-            if not any(ord(sign) in _signs(font) for font in (OWN_FONT, *others)):
-                lacking[sign] = ""
-    if not lacking:
-        return ""
-    return (
-        f"no font of this machine has {first_of([*lacking], 20)}, so boxes stand there; install "
-        "one that has, such as Noto Sans CJK of Chinese, Japanese and Korean"
-    )
-
-
-@cache
-def _signs(family: str) -> frozenset[int]:
-    """Numbers of the signs that a family has."""
-    return frozenset(get_font(findfont(FontProperties(family=family))).get_charmap())
+def save(figure: Figure, path: str | Path) -> None:
+    """Write a figure as PNG of 256 colours, a third of the size."""
+    with Image.open(BytesIO(encoded(figure, "png"))) as picture:
+        picture.convert("RGB").quantize(256, dither=Image.Dither.NONE).save(path, optimize=True)

@@ -6,8 +6,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from breaker.common.colours import phase_colours
-from breaker.diagnosis.curves import Overlay, not_overlaid, overlaid
-from breaker.diagnosis.estimate import DriveRecord, Estimate
+from breaker.diagnosis.curves import Overlay, not_overlaid, overlaid, speed_zone
+from breaker.diagnosis.estimate import DriveRecord
 from breaker.diagnosis.session import Diagnosis
 from breaker.records.files import Files, printable
 from breaker.records.formats.registry import look_into
@@ -233,7 +233,7 @@ def marks_of(tab: Tab, diagnosis: Diagnosis) -> list[dict]:
             "trigger": [raw.contact.trigger],
             "first motion": [raw.moves],
             event + " (inferred)" * (not record.timed): [estimate.contact.time],
-            "speed zone": _zone(estimate),
+            "speed zone": speed_zone(estimate) or [np.nan],
         }
         known = np.isfinite(raw.sure)
         for name, at in times.items():
@@ -244,15 +244,3 @@ def marks_of(tab: Tab, diagnosis: Diagnosis) -> list[dict]:
                 about["colour"] = colours[record.operation.phase]
                 marks.append(about | {"x": x.tolist(), "y": y.tolist()})
     return marks
-
-
-def _zone(estimate: Estimate) -> list[float]:
-    """Return the times between which the speed of the motion is measured, ms of the file; nan where
-    it is not.
-    """
-    raw, name = estimate.record.raw, f"{estimate.record.motion}_speed"
-    reading = raw.reading.with_contact(estimate.contact, estimate.speeds, raw.currents)
-    for speed in estimate.speeds:
-        if speed.name == name and not estimate.measured[name].reason:
-            return [reading.place(point)[0].value for point in (speed.start, speed.end)]
-    return [np.nan]

@@ -11,11 +11,9 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from breaker.common.document import html_page
 from breaker.common.text import bare
 from breaker.configuration.loading import check, merge
 from breaker.diagnosis.inspection import read_inspection
-from breaker.diagnosis.report import report_of
 from breaker.diagnosis.session import Diagnosis
 from breaker.page.catalogue import Inspection, find_files, inspections_of
 from breaker.page.choices import Choices, SettingRow, id_of, rows_of
@@ -76,16 +74,6 @@ class Shown:
         inferred = {"estimates": self.source.estimates, "changes": self.source.changes}
         vars(self.diagnosis).update(inferred)
         return self.diagnosis
-
-    @property
-    def report(self) -> str:
-        """The sheet of the inspection, as ``breaker report`` writes it; raise as ``measured``."""
-        report = report_of(self.complete)
-        from breaker.figures.reports import curves  # matplotlib loads for half a second
-        from breaker.figures.style import encoded
-
-        pictures = curves(report.panels, report.colours)
-        return html_page(report, [encoded(picture, "png") for picture in pictures])
 
 
 class MissingError(ValueError):

@@ -21,6 +21,7 @@ from breaker.common.document import Table, html_part, tone_of
 from breaker.common.text import bare, visible_text
 from breaker.diagnosis.identity import nameplate
 from breaker.diagnosis.inspection_change import change_tables
+from breaker.diagnosis.report import report_of
 from breaker.diagnosis.tables import (
     limits_table,
     rejected_table,
@@ -184,6 +185,13 @@ def _document(tables: list[Table]) -> Markup:
     return Markup("".join(map(html_part, some)))
 
 
+def _sheet(asked: Asked) -> Answer:
+    """The sheet, as ``breaker report`` writes it."""
+    from breaker.figures.reports import report_page  # matplotlib loads for half a second
+
+    return report_page(report_of(asked.shown.complete))
+
+
 def _set(asked: Asked) -> Answer:
     """A limit or speed zone of a type."""
     session, about = asked.session, json.loads(asked.body)
@@ -208,7 +216,7 @@ VIEWS = {
     ("GET", "curves"): _curves,
     ("GET", "values"): partial(_results, with_model=False),
     ("GET", "model"): partial(_results, with_model=True),
-    ("GET", "sheet"): lambda asked: asked.shown.report,
+    ("GET", "sheet"): _sheet,
     ("POST", "set"): _set,
 }
 """Views by method and path."""
