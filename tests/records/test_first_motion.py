@@ -6,7 +6,6 @@ import pytest
 from breaker.common.randomness import generator
 from breaker.model.curves import travel
 from breaker.model.parameters import MOTIONS
-from breaker.records.checks import doubtful_samples
 from breaker.records.contacts import ContactTimes
 from breaker.records.first_motion import first_motion
 from breaker.records.measurements import measure_curve
@@ -82,19 +81,6 @@ def test_what_does_not_show_a_start_is_refused(records):
 
 
 # ---- any drive, any record ---------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("after", [-5.0, 0.5])
-@pytest.mark.parametrize(("height", "samples"), [(8.0, 1), (8.0, 8), (-2.0, 8)])
-def test_wrong_samples_do_not_move_it(records, after, height, samples):
-    def change(time, record, start):
-        first = np.searchsorted(time, start + after)
-        record[first : first + samples] += height
-        return time, np.where(doubtful_samples(record, 0.1, 0.0) == "", record, np.nan)
-
-    wrong = changed(records, change, FEW)
-    assert np.isnan(wrong).mean() <= (1.0 if samples > 1 else 0.0)
-    assert np.nanmax(np.abs(np.append(wrong, 0.0))) < 0.8
 
 
 @pytest.mark.parametrize(("far", "slow"), [(11.0, 4.8), (1.0, 0.4), (70.0, 50.0)])
@@ -193,28 +179,3 @@ def test_plain_starts_are_as_accurate_as_ever():
         assert np.nanmean(np.abs(value - start)) < 0.2
         shown = np.isfinite(value)
         assert (np.abs(value - start) < 1.96 * sd)[shown].mean() >= 0.95
-
-
-def test_a_start_that_noise_hides_is_withheld_and_times_to_shares_are_not():
-    """Noise of 0.6 mm in 13: a creep or a gradual start is not seen, and the middle is."""
-    time, travel, _ = closing(4, slow=False, strokes=(13.0, 13.01))
-    read = travel + 0.6 * np.random.default_rng(1).standard_normal(time.size)
-    contact = ContactTimes(time=70.0, sd=0.1, trigger=0.0)
-    result = measure_curve(time, read, "closing", contact=contact)
-    assert result["reaction_time"].reason
-    assert result["touch_time"].reason == result["reaction_time"].reason
-    assert np.isfinite(result["time_to_50"].value)
-
-
-def test_the_end_of_a_motion_before_does_not_hide_a_start():
-    """An opening that swings about its rest, 80 ms before a closing."""
-    time = np.arange(0.0, 400.0, 0.2)
-    share = np.clip((time - 220.0) / 60.0, 0.0, 1.0)
-    late = np.maximum(time - 87.0, 0.0)
-    swing = 8.0 * np.exp(-late / 12.0) * np.cos(late / 5.0) * (time > 87.0)
-    back = 120.0 * (1.0 - np.clip((time - 60.0) / 40.0, 0.0, 1.0) ** 2)
-    travel = back + swing + 120.0 * share**2 * (3.0 - 2.0 * share)
-    travel += 0.1 * np.random.default_rng(3).standard_normal(time.size)
-    contact = ContactTimes(trigger=180.0)
-    result = measure_curve(time, travel, "closing", contact=contact)["reaction_time"]
-    assert abs(result.value - 40.0) < 1.96 * result.sd < 10.0

@@ -84,17 +84,6 @@ def measured(prior):
     return measure
 
 
-def test_times_from_the_trigger_and_of_bounces(measured):
-    values = measured(ContactTimes(18.0, 0.1, trigger=2.0, bounce_time=3.5))
-    assert values["closing_time"][:2] == pytest.approx((16.0, 0.1))
-    assert values["bounce_time"].value == pytest.approx(3.5)
-    assert 0.0 < values["bounce_time"].sd < 0.1
-    travels = values["time_to_90"].value - values["time_to_10"].value
-    assert travels == pytest.approx(values["travel_time"].value)
-    assert values["reaction_time"].value < values["time_to_10"].value < values["time_to_50"].value
-    assert abs(values["reaction_time"].value - 6.0) < 5.0 * values["reaction_time"].sd < 2.5
-
-
 def test_what_a_record_does_not_show_has_a_reason(measured):
     """Without a trigger, without any contact, and without samples about the touch."""
     timed = "reaction_time", "closing_time", "time_to_50", "bounce_time"
