@@ -12,7 +12,8 @@ from breaker.records.record import Record
 def raw_of(way, step, moves, motion="closing"):
     """A record of a way forward ``(n,)``, mm, at steps from 0 on, ms."""
     whole = way if motion == "closing" else 3.0 - way
-    segment = Segment(0, len(way), float(whole[0]), float(whole[-1]), 0.0, np.nan)
+    known = whole[~np.isnan(whole)]
+    segment = Segment(0, len(way), float(known[0]), float(known[-1]), 0.0, np.nan)
     time = step * np.arange(len(way))
     located = motion, time, whole, np.full(len(way), ""), 0.0, segment, moves, 0.0
     return Record(

@@ -250,7 +250,7 @@ class Reading:
         if way.value >= _SEEN * self.trace.sd(way):
             return way
         # The top of noise is above what it hides, and no distance is negative.
-        return way + max(-way.value, 0.0) + error_of(0.0, abs(way.value))
+        return way + error_of(max(-way.value, 0.0), abs(way.value))
 
     # ---- the start ---------------------------------------------------------------------------
 

@@ -13,7 +13,7 @@ from itertools import count, pairwise
 import numpy as np
 
 from breaker.records.noise import filled, running_mean
-from breaker.records.rejections import FEWEST, NotShownError
+from breaker.records.rejections import NotShownError
 
 FEW = 6
 """Samples of a local fit, two more than its numbers, and of the mean of a rest."""
@@ -69,7 +69,7 @@ def settling(travel: np.ndarray) -> tuple[float, np.ndarray] | None:
     """Return where travel comes to rest, mm, and the weights of its samples in that, ``(n,)``.
 
     Late in a motion ``y'' + r y' + s (y - e) = 0``, a damped swing or the sum of two decays about
-    the rest e. Integrated twice, this is linear in r, s and s e, and integrals average the noise.
+    the rest e. Summed twice, this is linear in r, s and s e, and sums average the noise.
 
     Args:
         travel: Travel, ``(n,)``, mm, evenly spaced; no sample missing.
@@ -78,16 +78,15 @@ def settling(travel: np.ndarray) -> tuple[float, np.ndarray] | None:
         None where the travel does not settle.
     """
     n = travel.size
-    integral = (np.tril(np.ones((n, n))) - 0.5 * np.eye(n)) / n  # by trapezia
-    integral[:, 0] -= 0.5 / n
-    once, x = integral @ travel, np.arange(n) / n
-    inverse = np.linalg.pinv(np.column_stack([np.ones(n), x, x**2, -once, -integral @ once]))
+    sums, x = np.tri(n) / n, np.arange(n) / n
+    once = sums @ travel
+    inverse = np.linalg.pinv(np.column_stack([np.ones(n), x, x**2, -once, -sums @ once]))
     _, _, square, r, s = inverse @ travel
     if not (r > 0.0 and s > 0.0):
         return None
     rest = 2.0 * square / s
     slopes = np.array([0.0, 0.0, 2.0 / s, 0.0, -rest / s]) @ inverse
-    return float(rest), slopes + (r * slopes + s * slopes @ integral) @ integral
+    return float(rest), slopes + (r * slopes + s * slopes @ sums) @ sums
 
 
 @dataclass(frozen=True, eq=False)
@@ -195,8 +194,6 @@ class Trace:
         window = self._window(begin, end)
         every = max(1, window.size // _BLOCKS)
         window = window[window.size % every :]
-        if window.size < FEWEST * every:
-            return None
         result = settling(self.travel[window].reshape(-1, every).mean(axis=1))
         if result is None:
             return None
@@ -284,7 +281,6 @@ class Trace:
     def _fit(self, near: float) -> LocalCubic:
         """Cubic through the samples about the sample next to a time."""
         centre = round((near - float(self.time[0])) / self.step)
-        centre = min(max(centre, 0), self.time.size - 1)
         for half in (self.half, 2.0 * self.half):  # wider where samples are missing
             reach = int(half / self.step + 1e-6)
             first = max(centre - reach, 0)
