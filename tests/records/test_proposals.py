@@ -75,7 +75,7 @@ EXPORTS = {
         *("x,x,c", RATE | {"encoding": "gb18030"}, {}, "A B", ".", "gb18030"),
     ),
     "inches": Export(
-        'Sample Rate (Samples/s),"10,000"\nStroke A (in),Stroke B (in),C',
+        'Sample Rate (Samples/s),"10000"\nStroke A (in),Stroke B (in),C',
         *("x,x,c", RATE | {"travel_unit": "inch"}, {}, "A B"),
         unit=25.4,
     ),

@@ -139,9 +139,8 @@ def nameplate(
         "Files": [first_of([file.rpartition("/")[2] for file in files], 1)],
         **{e.title(): [getattr(one, e) for one in stated] for e in ("station", "bay", "type")},
         "Serial": [e.serial for e in stated],
-        "Linkage ratio": [in_digits(e.ratio, 6) for e in stated if not isnan(e.ratio)],
     }
-    for name in ("Gas pressure", "Temperature", "Operator"):
+    for name in ("Linkage ratio", "Gas pressure", "Temperature", "Operator"):
         pairs = [pair for e in stated for pair in stated_as(e.pairs, name)[:1]]
         known[name] = [f"{pair.text} {pair.unit}".rstrip() for pair in pairs]
     degrees = [f"{in_digits(e.temperature, 4)} °C" for e in rows if not isnan(e.temperature)]

@@ -12,18 +12,12 @@ from pathlib import Path
 
 MONTHS = "jan|feb|mar|apr|may|jun|jul|aug|sep|oct|nov|dec"
 _YEAR = "(?:19|20)[0-9]{2}"
-_DAY = (
+_DATE = re.compile(
     rf"(?<![0-9])(?:[0-9]{{1,2}}\s?([-_/.])\s?[0-9]{{1,2}}\s?\1\s?{_YEAR}"
     rf"|{_YEAR}([-_/.])[0-9]{{1,2}}\2[0-9]{{1,2}}|{_YEAR}[0-9]{{4}}"
-    rf"|[0-9]{{1,2}}[-_. ]+(?:{MONTHS})[a-z]*[-_., ]+{_YEAR})"
-)
-_DATE = re.compile(_DAY + "(?![0-9])", re.IGNORECASE)
-STAMP = re.compile(
-    _DAY + "(?:[T_ ,.-]{0,3}[0-9]{2}[-_.:h]?[0-9]{2}(?:[-_.:m]?[0-9]{2})?s?)?(?![0-9])",
+    rf"|[0-9]{{1,2}}[-_. ]+(?:{MONTHS})[a-z]*[-_., ]+{_YEAR})(?![0-9])",
     re.IGNORECASE,
 )
-"""A date in the name of a file, and the time behind it."""
-
 _CLOCK = re.compile(
     r"(?<![0-9:.])([0-9]{1,2})[:h]([0-9]{2})(?::([0-9]{2})(?:[.,][0-9]+)?"
     r"(Z|[+-](?:0[0-9]|1[0-4]):?(?:00|30|45)(?![:0-9]))?)?\s*([ap]\.?m)?",

@@ -154,9 +154,7 @@ def _find_unit(findings: Findings) -> None:
         doubt = f"no unit of the travel is stated: {unit} for a stroke of {in_digits(stroke, 4)}"
         findings.doubts["travel_unit"].append(f"{doubt}; if that is wrong, set travel_unit")
     if unit not in TO_MM:
-        ratio = sheet.stated.ratio
-        known = f"; stated is a ratio of {in_digits(ratio, 6)}" if ratio > 0 else ""
-        shown = f"the stroke is {in_digits(stroke, 4)} {unit}{known}"
+        shown = f"the stroke is {in_digits(stroke, 4)} {unit}"
         findings.lacking["ratio"] = f"mm for one {unit}, or give a table; {shown}"
     findings.settings |= {"travel_column": sheet.column(travel.place), "travel_unit": unit}
 

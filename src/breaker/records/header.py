@@ -14,16 +14,15 @@ from typing import NamedTuple
 from breaker.common.numerals import in_digits
 from breaker.model.quantities import EVENTS, Speed
 from breaker.records import words
-from breaker.records.dates import clock_of, dates_of, day_order, in_order
+from breaker.records.dates import clock_of, dates_of, in_order
 from breaker.records.settings import RATES, SAME_RATE, TO_MM, TO_MS
-from breaker.records.words import PHASE, WORDS, phase_in, unit_of
+from breaker.records.words import WORDS, phase_in, unit_of
 
 _MOST = (400, 60, 300)  # lines, cells in a line and signs in a cell that are read: bounds the time
 _meant = words.by_words(WORDS["stated"])
 _rates_in = words.by_words(WORDS["rate_words"])
 _LABEL = words.any_of(WORDS["labels"]["stated channel"])
 _CHANNEL = re.compile(rf"(?:phase (?:of )?)?{_LABEL}\W*(\d+)(?:\W*(?:phase|name))*")
-_OF_BREAK = re.compile(rf"\b(?:{PHASE})-[0-9](?: \w{{2,}}(?!-))?")  # such as Y-1 CT
 _KHZ = {
     kind: {unit: size for size, units in WORDS[kind].items() for unit in units.split()}
     for kind in ("frequencies", "sample_rates")
@@ -34,8 +33,6 @@ _SIGNED = re.compile(rf"([^\W\d_].*?)\s*{_SIGN}\s*(.*)")
 _SPLIT = re.compile(rf"[\t;|]|\s{{2,}}|,(?=\s*[^\W\d_][^,:=]*{_SIGN})")
 _NUMBER = r"[-+]?\d+(?:[.,]\d+)*(?:[eE][-+]?\d+)?"
 _VALUE = re.compile(rf"({_NUMBER}|[-+]?[.,]\d+)[.,]?\s*([^\d\s:,;.]\S{{0,11}})?")
-_GROUPS = re.compile(r"[-+]?\d{1,3}(?:[.,]\d{3})+")
-_BEHIND = re.compile(rf"([^\W\d_].*[^\d\s,:.-])[\s,]+({_NUMBER}\s*[^\d\s]{{0,11}})")
 _TAG = re.compile(r"[A-Za-z]{1,3}[\W_]?\d{1,2}")  # of a channel, in brackets next to the unit
 _UNIT = re.compile(r"\s*[\[(]([^\[\]()]{1,12})[\])]\s*")
 
@@ -52,9 +49,9 @@ class Pair(NamedTuple):
         """First value, empty where there is none."""
         return self.values[0] if self.values else ""
 
-    def number(self, decimal: str = ".") -> tuple[float, str]:
+    def number(self) -> tuple[float, str]:
         """Return the first value as a number, NaN where it is not a number, and its unit."""
-        number, unit = _number_of(self.text, decimal)
+        number, unit = _number_of(self.text)
         behind = self.values[1] if len(self.values) == 2 and not self.values[1][0].isdigit() else ""
         return number, unit or self.unit or behind
 
@@ -66,7 +63,6 @@ class Header:
     Attributes:
         rate, rate_doubt: Sampling rate, kHz; NaN where it is not clear, and why.
         length: Duration of the record, ms; NaN without a unit, as it may be in samples, ms or s.
-        ratio: Ratio of the linkage. No file states whether its samples are multiplied by it.
         dates: Date of the test as ISO 8601; two where the order of day and month is not known.
         operation: Motions, such as ``"C-O"``.
         phases: Names of phases by number of the channel, from 1; by 0 that of all.
@@ -78,7 +74,6 @@ class Header:
     rate: float = math.nan
     rate_doubt: str = ""
     length: float = math.nan
-    ratio: float = math.nan
     travel_unit: str = ""
     dates: tuple[str, ...] = ()
     station: str = ""
@@ -96,12 +91,11 @@ class Header:
         return phase_in(str(column)) or stated
 
 
-def header_of(rows: Sequence[Sequence[str]], decimal: str = ".", samples: int = 0) -> Header:
+def header_of(rows: Sequence[Sequence[str]], samples: int = 0) -> Header:
     """Return the contents of the lines above samples.
 
     Args:
         rows: Cells of each line, with blank cells.
-        decimal: Decimal sign of numbers.
         samples: Number of samples below, 0 if it is not known. A length that contradicts it makes
             the rate doubtful.
 
@@ -112,20 +106,19 @@ def header_of(rows: Sequence[Sequence[str]], decimal: str = ".", samples: int = 
     kept = ([cell[: _MOST[2]] for cell in row[: _MOST[1]]] for row in rows[: _MOST[0]])
     pairs = [pair for row in kept for pair in _pairs_in(row)]
     operations = {words.sequence_of(pair.text) for pair in stated_as(pairs, "operation")} - {""}
-    length, unit = next((p.number(decimal) for p in stated_as(pairs, "length")), (math.nan, ""))
+    length, unit = next((p.number() for p in stated_as(pairs, "length")), (math.nan, ""))
     length *= TO_MS.get(unit_of(unit) or "", math.nan)
-    rate, doubt = _rate(pairs, decimal, samples / length if samples and length > 0 else math.nan)
+    rate, doubt = _rate(pairs, samples / length if samples and length > 0 else math.nan)
     return Header(
         pairs=tuple(pairs),
         rate=rate,
         rate_doubt=doubt,
         length=length,
-        ratio=_ratio(pairs, decimal),
         travel_unit=next((pair.text for pair in stated_as(pairs, "unit")), ""),
         dates=_dates(pairs),
         operation=operations.pop() if len(operations) == 1 else "",
         phases=_phases(pairs),
-        strokes=_strokes(pairs, decimal),
+        strokes=_strokes(pairs),
         speeds=_speeds(stated_as(pairs, "point of speed")),
         **{key: _first_of(pairs, key) for key in ("station", "bay", "type", "serial")},
     )
@@ -142,30 +135,14 @@ def _first_of(pairs: Iterable[Pair], meaning: str) -> str:
     return next(own, "")
 
 
-def _ratio(pairs: Iterable[Pair], decimal: str) -> float:
-    """Return the ratio; NaN where channels differ in it."""
-    texts = [value for pair in stated_as(pairs, "ratio") for value in pair.values]
-    texts = [re.sub(r"^1\s*:\s*|\s*:\s*1$", "", text) for text in texts]
-    ratios = {number for number, _ in (_number_of(text, decimal) for text in texts) if number > 0}
-    return ratios.pop() if len(ratios) == 1 else math.nan
-
-
 def _dates(pairs: Iterable[Pair]) -> tuple[str, ...]:
-    """Return the date of the test in both orders of day and month, or in that of another date."""
-    every = [(pair, dates_of(pair.text)) for pair in stated_as(pairs, "date")]
-    own = [
-        stated_time
-        for stated_time in every
-        if stated_time[1] and "of another day" not in _meant(stated_time[0].name)
-    ]
-    own.sort(key=lambda stated_time: "of the test" not in _meant(stated_time[0].name))
-    pair, readings = own[0] if own else (Pair("", "", ()), {})
-    texts = [" ".join(pair.values), *(pair_.text for pair_ in stated_as(pairs, "time"))]
+    """Return the date of the test, in both orders of day and month where nothing decides."""
+    own = [pair for pair in stated_as(pairs, "date") if "of another day" not in _meant(pair.name)]
+    own.sort(key=lambda pair: "of the test" not in _meant(pair.name))
+    pair = next((pair for pair in own if dates_of(pair.text)), Pair("", "", ()))
+    texts = [" ".join(pair.values), *(clock.text for clock in stated_as(pairs, "time"))]
     clock = next(filter(None, map(clock_of, texts)), "")
-    return tuple(
-        day + clock
-        for day in in_order(readings, day_order(stated_time for _, stated_time in every))
-    )
+    return tuple(day + clock for day in in_order(dates_of(pair.text)))
 
 
 def _phases(pairs: Iterable[Pair]) -> dict[int, str]:
@@ -173,12 +150,10 @@ def _phases(pairs: Iterable[Pair]) -> dict[int, str]:
     meanings: dict[int, set[str]] = {}
     for pair in pairs:
         if channel := _CHANNEL.fullmatch(pair.name.lower()):
-            own = _OF_BREAK.fullmatch(pair.text.strip())  # named as it stands there
-            phases = {int(channel[1]): own[0] if own else phase_in(pair.text)}
+            phases = {int(channel[1]): phase_in(pair.text)}
         elif pair.values and "phases" in _meant(pair.name):
             values = pair.values if len(pair.values) > 1 else re.split(r"[\s,/]+", pair.text)
-            own = _OF_BREAK.findall(" / ".join(pair.values))
-            named = own or [*filter(None, map(phase_in, values))]
+            named = [*filter(None, map(phase_in, values))]
             phases = dict(enumerate(named, start=len(named) > 1))
         else:
             continue
@@ -187,47 +162,41 @@ def _phases(pairs: Iterable[Pair]) -> dict[int, str]:
     return {number: phases.pop() for number, phases in meanings.items() if len(phases) == 1}
 
 
-def _rate(pairs: Iterable[Pair], decimal: str, by_length: float) -> tuple[float, str]:
-    """Return the rate, kHz, or NaN and why: that by the length confirms or contradicts it."""
-    sure, unsure = {}, {}
+def _rate(pairs: Iterable[Pair], by_length: float) -> tuple[float, str]:
+    """Return the rate, kHz, or NaN and why: that by the length may contradict it."""
+    rates = {}
     for pair in pairs:
-        rate, certain = _rate_in(pair, decimal)
-        if RATES[0] <= rate <= RATES[1]:
-            known = sure if certain else unsure
-            known[float(f"{rate:.9g}")] = f"'{pair.name}: {pair.text}'"
-    rate, text = next(iter((sure or unsure).items()), (math.nan, "no usual rate is stated"))
-    if len(sure) > 1:
-        return math.nan, f"several rates are stated: {' and '.join(sure.values())}"
-    if abs(rate / by_length - 1.0) <= SAME_RATE or (rate in sure and math.isnan(by_length)):
+        if RATES[0] <= (rate := _rate_in(pair)) <= RATES[1]:
+            rates[float(f"{rate:.9g}")] = f"'{pair.name}: {pair.text}'"
+    rate, why = next(iter(rates.items()), (math.nan, "no usual rate is stated with its unit"))
+    if len(rates) == 1 and not abs(rate / by_length - 1.0) > SAME_RATE:
         return rate, ""
-    if by_length > 0:
-        return math.nan, f"{text}, but by the length {in_digits(by_length, 4)} kHz are right"
-    return math.nan, f"{text} has no unit" if unsure else text
+    why = f"several rates are stated: {' and '.join(rates.values())}" if len(rates) > 1 else why
+    return math.nan, f"{why}; by the length {in_digits(by_length, 4)} kHz" * (by_length > 0) or why
 
 
-def _rate_in(pair: Pair, decimal: str) -> tuple[float, bool]:
-    """Return the rate that a pair may state, kHz, NaN where it states none; and whether it does."""
-    number, unit = pair.number(decimal)
+def _rate_in(pair: Pair) -> float:
+    """Return the rate that a pair states, kHz; NaN where it states none."""
+    number, unit = pair.number()
     meant, bare = _rates_in(pair.name), unit.lower().replace(" ", "").strip("[]().")
     if not number > 0 or "other" in meant:
-        return math.nan, True
+        return math.nan
     if ms := TO_MS.get(unit_of(unit) or ""):
-        return 1.0 / (number * ms) if "step" in meant else math.nan, True
-    if unit or not {"samples", "tempo"} <= {*meant}:
-        of_samples = "samples" in meant or ("tempo" in meant and bare == "khz")  # mains are in Hz
-        sizes = _KHZ["sample_rates"] | (_KHZ["frequencies"] if of_samples else {})
-        return number * sizes.get(bare, math.nan), True
-    # Thousands without a unit are Hz: no recorder takes as many in a ms.
-    return (number, False) if number <= RATES[1] else (1e-3 * number, True)
+        return 1.0 / (number * ms) if "step" in meant else math.nan
+    if not unit and {"samples", "tempo"} <= {*meant} and number > RATES[1]:
+        return 1e-3 * number  # Hz, as no recorder takes as many samples in a ms
+    of_samples = "samples" in meant or ("tempo" in meant and bare == "khz")  # mains are in Hz
+    sizes = _KHZ["sample_rates"] | (_KHZ["frequencies"] if of_samples else {})
+    return number * sizes.get(bare, math.nan)
 
 
-def _strokes(pairs: Iterable[Pair], decimal: str) -> tuple[float, ...]:
+def _strokes(pairs: Iterable[Pair]) -> tuple[float, ...]:
     """Return the measured strokes, mm, of names that state one, each with its unit."""
     strokes = []
     for pair in stated_as(pairs, "stroke"):
         if "other stroke" in _meant(pair.name):
             continue
-        numbers = [_number_of(value, decimal) for value in pair.values]
+        numbers = [_number_of(value) for value in pair.values]
         units = [pair.unit, *pair.values, *(unit for _, unit in numbers)]
         size = next((TO_MM[unit] for unit in map(unit_of, units) if unit in TO_MM), math.nan)
         strokes += [size * number for number, _ in numbers if size * number > 0]
@@ -267,8 +236,6 @@ def _tokens(cells: Sequence[str]) -> Iterable[tuple[str, bool]]:
     """
     if any(map(_SIGNED.match, cells)):
         return [token for cell in cells for token in _signed(cell)]
-    if behind := _BEHIND.fullmatch("".join(cells)) if len([*filter(None, cells)]) == 1 else None:
-        return (behind[1], True), (behind[2], False)
     if len(cells) % 2 == 0 and all(cells) and all(cell[0].isalpha() for cell in cells[::2]):
         return [(cell, place % 2 == 0) for place, cell in enumerate(cells)]
     around = zip(["", *cells], cells, [*cells[1:], ""], strict=False)
@@ -303,13 +270,11 @@ def _name_of(text: str) -> tuple[str, str]:
     return f"{_UNIT.sub(' ', text).strip()} {label}".strip(), unit
 
 
-def _number_of(text: str, decimal: str) -> tuple[float, str]:
+def _number_of(text: str) -> tuple[float, str]:
     """Return a text as a number, NaN where it is not a number, and the unit behind it."""
     match = _VALUE.fullmatch(text.strip())
     if match is None:
         return math.nan, ""
     digits, unit = match[1], (match[2] or "").strip("[]()")
-    if _GROUPS.fullmatch(digits) and decimal not in digits:
-        digits = re.sub("[.,]", "", digits)
     digits = digits.replace(",", ".")
     return (float(digits) if digits.count(".") < 2 else math.nan), unit

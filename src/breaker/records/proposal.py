@@ -22,7 +22,7 @@ from breaker.records.channels import Clock, Travel
 from breaker.records.curves import Grid, put_on_grid
 from breaker.records.files import Files, RejectedCurveError
 from breaker.records.reader import Reader
-from breaker.records.settings import FORMAT, TO_MM
+from breaker.records.settings import FORMAT
 from breaker.records.sheet import Sheet
 from breaker.records.words import BESIDE
 
@@ -124,10 +124,7 @@ def words_of(proposal: Proposal) -> Document:
     rate = "rate not known" if np.isnan(clock.rate) else f"{in_digits(clock.rate, 6)} kHz"
     size = f"{len(sheet.columns)} columns, {sheet.columns[0].size} samples"
     tables = _motions(proposal), _wired(proposal)
-    remarks, ratio = [*proposal.remarks], sheet.stated.ratio
-    if {**FORMAT, **proposal.settings}["travel_unit"] in TO_MM and abs(ratio - 1.0) > 0.0:
-        how = "if the stroke lacks it, set endurance.format.ratio"
-        remarks.append(f"a linkage ratio of {in_digits(ratio, 6)} is stated, not applied: {how}")
+    remarks = [*proposal.remarks]
     said = [("", f"{m.motion}, {m.column}", text) for m in proposal.motions for text in m.said]
     for (_, where, text), *others in alike(said):
         remarks.append(f"{where}{f' and {len(others)} more' if others else ''}: {text}")

@@ -32,7 +32,6 @@ class Sheet:
             no column has the name that settings have for it.
         named: Line of the names, and that of the units; None where there is none.
         remarks: Doubts about the file, in words.
-        notes: Doubts about a column, by its place.
         kind: Name of this kind of file in messages.
         lines: Line of each sample in the file, ``(t,)``; its number where the file has no lines.
         wrong: Line and text of the first cell of a column that is not a number, by its place.
@@ -48,7 +47,6 @@ class Sheet:
     clock: int | None = None
     named: tuple[int | None, int | None] = (None, None)
     remarks: tuple[str, ...] = ()
-    notes: Mapping[int, str] = field(default_factory=dict)
     kind: str = "a text"
     lines: np.ndarray | None = None
     wrong: Mapping[int, tuple[int, str]] = field(default_factory=dict)
@@ -72,8 +70,7 @@ class Sheet:
     @cached_property
     def stated(self) -> Header:
         """Contents of the lines above the samples."""
-        decimal = self.settings.get("decimal", ".")
-        return self.header or header_of(self.preamble, decimal, self.lines.size)
+        return self.header or header_of(self.preamble, self.lines.size)
 
     def column(self, place: int) -> str | int:
         """Return the name of a column, if possible without its unit, or its number."""
@@ -138,7 +135,6 @@ def columns_of(sheet: Sheet, settings: Mapping) -> Columns:
         label, values = words.label_of(wanted.get(kind, "the time")), sheet.columns[place]
         if kind not in words.BESIDE:
             remarks += _unit_remarks(sheet, kind, place, label, settings)
-        remarks += (sheet.notes[place],) if place in sheet.notes else ()
         if (beyond := np.flatnonzero(np.abs(values) > LARGEST_NUMBER[kind])).size:
             reason = f"{label} is {values[beyond[0]]:.6g}, which is not a reading; export it again"
             raise RejectedCurveError(sheet.file, reason, line=int(sheet.lines[beyond[0]]))

@@ -127,7 +127,7 @@ def read(opened: Opened, form: Mapping) -> list[Sheet]:
         cell = cells[wrong[0]].strip()[:40]
         reason = f"value {wrong[0] + 1} of {name!r} is {cell!r}, {NOT_A_NUMBER}"
         raise RejectedCurveError(file, reason, line=line)
-    header = header_of([[f"{key}:", value] for key, value in fields], decimal, numbers.size)
+    header = header_of([[f"{key}:", value] for key, value in fields], numbers.size)
     unit, names, columns, texts = form.get("time_unit", "ms"), [name], [numbers], [""]
     if timed := header.rate > 0 and form.get("time_column", "") is not None:
         time = np.arange(numbers.size) / header.rate / TO_MS[unit]
