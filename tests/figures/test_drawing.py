@@ -1,5 +1,7 @@
 """Figures show the numbers that they were given; the workflow's own run draws every one."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import xarray as xr
@@ -294,9 +296,6 @@ def test_a_record_is_drawn_with_its_motions_and_doubtful_samples(close_and_open,
 def test_what_could_not_be_read_is_drawn_as_it_is(close_and_open, tmp_path):
     time, travel = (item[:1100] for item in close_and_open)
     proposal = proposal_of(tmp_path / "record.csv", time, travel)
-    refused = [
-        type(motion)(**{**vars(motion), "result": None, "said": "no"})
-        for motion in proposal.motions
-    ]
-    figure = record(type(proposal)(**{**vars(proposal), "motions": refused}))
+    refused = [motion._replace(result=None, said=("no",)) for motion in proposal.motions]
+    figure = record(replace(proposal, motions=refused))
     np.testing.assert_allclose(figure.axes[0].lines[0].get_ydata(), travel.round(3), atol=1e-9)

@@ -9,7 +9,7 @@ import pytest
 from breaker.records.description import describe_file
 from breaker.records.header import Header
 from breaker.records.operations import read_manifest
-from breaker.records.table_proposal import Description, Part, propose_manifest
+from breaker.records.table_proposal import Description, InspectedMotion, propose_manifest
 from tests.exports import pole, write
 
 
@@ -120,7 +120,9 @@ def seen_in(tmp_path, files):
 
     def look(opened, _):
         serial, dates, phase = files[opened.file.relative_to(tmp_path).as_posix()]
-        return Description(Header(serial=serial, dates=dates), (Part("closing", "T1", phase),))
+        return Description(
+            Header(serial=serial, dates=dates), (InspectedMotion("closing", "T1", phase),)
+        )
 
     rows = {row["file"]: row for row in looked(folder_of(tmp_path, *files), look)[0]}
     return [rows[name] for name in files]

@@ -150,7 +150,9 @@ def test_what_is_proposed_for_an_export_reads_it(tmp_path, name):
         assert " ".join(name for name, _ in travel_channels(file).values()) == export.phases
     settings = proposed(proposal) | export.lacking | {"stroke": None}
     for item in proposal.motions:
-        record = Reader(settings | {"travel_column": item.column}).read(item.operation, item.motion)
+        reader = Reader(settings | {"travel_column": item.column})
+        operation = Operation(1, file, begin=item.begin, end=item.end)
+        record = reader.read(operation, item.motion)
         assert record.segment.stroke == pytest.approx(STROKE, abs=0.5)
 
 
@@ -209,11 +211,10 @@ def test_every_motion_of_every_channel_is_read_in_its_part(tmp_path):
     for item, at in zip(proposal.motions, [300.0, 400.0, 500.0, 600.0] * 2, strict=True):
         seen = item.record.moves, item.begins, item.arrives
         assert seen == pytest.approx((at - 5.0, at - 3.9, at + 3.0), abs=2.0)
-        between = item.operation.begin, item.operation.end
-        assert between == pytest.approx((at - 50.0, at + 50.0), abs=1.0)
+        assert (item.begin, item.end) == pytest.approx((at - 50.0, at + 50.0), abs=1.0)
     assert proposal.settings["stroke"] == pytest.approx([0.9 * 16.0, 1.1 * 20.0], rel=0.03)
     assert proposal.settings["zero"] == "rest"
-    assert [t.place for t in inspect_file(file, SENSOR, "3").travels] == [2]
+    assert [t.place for t in inspect_file(file, SENSOR, "3").findings.travels] == [2]
     assert inspect_file(file, SENSOR, "B").settings["travel_column"] == "B"
     flat = written(tmp_path / "b.csv", "time,travel", time / 1e3, 0.1 * np.sin(1e3 * time))
     for refused, channel in ((file, "C"), (flat, "")):
@@ -260,7 +261,7 @@ def test_a_length_that_contradicts_the_rate_leaves_it_to_fill_in(tmp_path, plot)
 @pytest.mark.parametrize("unused", ["zeros", "cross"])
 def test_unused_channels_are_no_travels(tmp_path, unused):
     proposal = inspected(tmp_path, unused=unused)
-    assert [travel.place for travel in proposal.travels] == [6, 7, 8]
+    assert [travel.place for travel in proposal.findings.travels] == [6, 7, 8]
     assert proposal.settings["stroke"] == [160.0, 197.0]
     assert ("'Travel 4', 'Travel 5'" in text_of(words_of(proposal))) == (unused == "cross")
 

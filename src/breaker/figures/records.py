@@ -17,8 +17,8 @@ from breaker.records.noise import slope
 
 if TYPE_CHECKING:
     from breaker.diagnosis.estimate import Estimate
-    from breaker.records.description import InspectedMotion
     from breaker.records.proposal import Proposal
+    from breaker.records.table_proposal import InspectedMotion
 
 MOTIONS = {"closing": style.CORRECTED, "opening": style.AMORTISED}  # colours
 BAND = {"color": style.PRIOR, "alpha": 0.25, "lw": 0}  # of tolerances
@@ -31,12 +31,12 @@ def record(proposal: "Proposal") -> Figure:
     two motions and the rest before them; as it stands in the file if nothing could be read.
     """
     read = [checked for checked in proposal.motions if checked.record]
-    name = style.literal(f"record {proposal.layout.file.name}")
+    name = style.literal(f"record {proposal.findings.sheet.file.name}")
     if not read:
         figure = style.new_figure(11.0, 4.0)
         axis = figure.subplots()
-        for travel in proposal.travels:
-            axis.plot(proposal.layout.columns[travel.place], color=style.MEASURED, lw=0.8)
+        for travel in proposal.findings.travels:
+            axis.plot(proposal.findings.sheet.columns[travel.place], color=style.MEASURED, lw=0.8)
         axis.set(xlabel="sample", ylabel=f"travel ({travel.unit or 'no unit'})")
         style.title(figure, "No motion could be read", name, failed=True)
         return figure

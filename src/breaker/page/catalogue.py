@@ -82,7 +82,7 @@ def inspections_of(
         abouts = [described[name] for name in names if name in described]
         parts = [part for about in abouts for part in about.parts]
         named = [phases[name] for name in names if name in phases]
-        stated = named or [part.phase or part.channel for part in parts]
+        stated = named or [part.phase or str(part.column) for part in parts]
         inspection = Inspection(
             files=tuple(names),
             breaker=breaker,

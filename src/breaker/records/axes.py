@@ -7,7 +7,6 @@ A length needs its unit alone; degrees, volts or counts need the mm of one of th
 table of readings and mm.
 """
 
-import csv
 from collections.abc import Mapping
 from dataclasses import dataclass
 from io import StringIO
@@ -128,17 +127,17 @@ class Scale:
 def _read_table(file: str | Path) -> np.ndarray:
     """Readings, increasing, and mm, ``(2, n)``, of a CSV file with commas and decimal points."""
     try:
-        text = read_bytes(file).decode("utf-8-sig")
-        rows = [row for row in csv.reader(StringIO(text, newline="")) if any(map(str.strip, row))]
-        if rows and not rows[0][0].strip().lstrip("+-.")[:1].isdigit():
-            rows = rows[1:]  # the names of the columns
-        table = np.array([(float(reading), float(mm)) for reading, mm in rows]).reshape(-1, 2).T
+        text = read_bytes(file).decode("utf-8-sig").strip()
+        if "\n" not in text:
+            raise ValueError("it has no two lines")
+        named = not text.lstrip("+-.")[:1].isdigit()  # the first line has names of columns
+        table = np.loadtxt(StringIO(text), delimiter=",", skiprows=int(named), ndmin=2, unpack=True)
         table = table[:, np.argsort(table[0], kind="stable")]
         rises = np.diff(table, axis=1)
         steady = (rises[0] > 0).all() and ((rises[1] > 0).all() or (rises[1] < 0).all())
-        if not (rises.size and steady and np.isfinite(table).all()):
+        if not (table.shape[0] == 2 and rises.size and steady and np.isfinite(table).all()):
             raise ValueError("its mm do not rise, or fall, from reading to reading")
-    except (RejectedCurveError, ValueError, csv.Error) as error:
+    except (RejectedCurveError, ValueError) as error:
         remedy = "write two lines or more of a reading and its mm, with a comma between"
         raise ValueError(f"endurance.format.table, {file}: {error}; {remedy}") from error
     return table

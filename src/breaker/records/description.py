@@ -10,7 +10,7 @@ from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -20,14 +20,10 @@ from breaker.records.channels import FAINT, Clock, Travel, Wiring, chosen_travel
 from breaker.records.files import Opened, as_opened
 from breaker.records.formats.registry import look_into
 from breaker.records.header import Header
-from breaker.records.operations import FILL_IN, Operation
+from breaker.records.operations import FILL_IN
 from breaker.records.settings import TO_MM, TO_MS
 from breaker.records.sheet import Sheet
-from breaker.records.table_proposal import Description, Part
-
-if TYPE_CHECKING:  # no record is read here
-    from breaker.records.curves import GriddedRecord
-    from breaker.records.record import Record
+from breaker.records.table_proposal import Description, InspectedMotion
 
 _STROKES = (2.0, 300.0)  # mm: of vacuum interrupters up to drives for 800 kV
 _MARGIN = 0.1  # share allowed beyond strokes: a false gain is 10 % or more
@@ -35,26 +31,6 @@ _AT_ZERO = 0.3  # mm, up to which the open breaker rests at 0: a zero of transdu
 
 _FIRST = {letter.lower(): motion for letter, motion in words.MOTION_OF.items()}
 _SEQUENCE = re.compile(r"(?<![a-z])([co])(?:[-_ ]?[co]){1,2}(?![a-z])")
-
-
-@dataclass(frozen=True)
-class InspectedMotion:
-    """One motion of one channel; times are ms of the file."""
-
-    travel: Travel
-    column: str | int
-    operation: Operation
-    motion: str
-    begins: float  # about when it begins, and when it rests again
-    arrives: float
-    paired: Mapping[str, str | int]  # columns that belong to it, by key of the settings
-    result: "GriddedRecord | None" = None  # as it was read with the proposal, unless rejected
-    said: tuple[str, ...] = ()  # reasons of a rejection, and remarks
-
-    @property
-    def record(self) -> "Record | None":
-        """The record that was read; None where it was not."""
-        return self.result.record if self.result else None
 
 
 @dataclass(eq=False)
@@ -94,10 +70,8 @@ class Findings:
             for k, closes in enumerate(closing) if travel in self.travels else ():
                 part = travel.part(k) if (closing == closes).sum() > 1 else (np.nan, np.nan)
                 at = [start + i / clock.likely_rate for i in (*part, *travel.moves(k))]
-                of = Operation(k + 1, self.sheet.file, "", *at[:2], phase=travel.phase)
                 motion = "closing" if closes else "opening"
-                own = travel, column, of, motion, *at[2:], paired[motion]
-                channels.append(InspectedMotion(*own))
+                channels.append(InspectedMotion(motion, column, travel.phase, *at, paired[motion]))
         return channels
 
     def find_rest(self, mm: float) -> None:
@@ -229,7 +203,7 @@ def describe_file(file: str | Path | Opened, line: int = 0) -> Description:
     """Return what a file states above its samples, or on a line that is a record, and its motions;
     or why it is not a record.
     """
-    opened, stated, parts = as_opened(file), Header(), []
+    opened, stated = as_opened(file), Header()
     try:
         stated = look_into(opened, line=line).stated
         findings = look_at(opened, line=line)
@@ -239,11 +213,9 @@ def describe_file(file: str | Path | Opened, line: int = 0) -> Description:
         findings.find_rest(TO_MM[findings.settings["travel_unit"]])
     settings = findings.settings | {key: FILL_IN for key in findings.lacking if key != "sign"}
     settings = {k: value for k, value in settings.items() if k not in ("travel_column", "stroke")}
-    for record in findings.motions():
-        of = record.motion, str(record.column), record.travel.phase
-        timed = np.isfinite(findings.clock.rate)
-        part = (record.operation.begin, record.operation.end) if timed else (np.nan, np.nan)
-        parts.append(Part(*of, *part, record.paired))
+    parts = findings.motions()
+    if np.isnan(findings.clock.rate):  # nobody knows when they are
+        parts = [part._replace(begin=np.nan, end=np.nan) for part in parts]
     columns = np.stack([findings.sheet.columns[travel.place] for travel in findings.travels])
     samples = hashlib.sha256(columns.tobytes()).hexdigest()
     return Description(stated, tuple(parts), settings, findings.sure, samples=samples)

@@ -62,7 +62,6 @@ class Header:
 
     Attributes:
         rate, rate_doubt: Sampling rate, kHz; NaN where it is not clear, and why.
-        length: Duration of the record, ms; NaN without a unit, as it may be in samples, ms or s.
         dates: Date of the test as ISO 8601; two where the order of day and month is not known.
         operation: Motions, such as ``"C-O"``.
         phases: Names of phases by number of the channel, from 1; by 0 that of all.
@@ -73,7 +72,6 @@ class Header:
     pairs: tuple[Pair, ...] = ()
     rate: float = math.nan
     rate_doubt: str = ""
-    length: float = math.nan
     travel_unit: str = ""
     dates: tuple[str, ...] = ()
     station: str = ""
@@ -113,7 +111,6 @@ def header_of(rows: Sequence[Sequence[str]], samples: int = 0) -> Header:
         pairs=tuple(pairs),
         rate=rate,
         rate_doubt=doubt,
-        length=length,
         travel_unit=next((pair.text for pair in stated_as(pairs, "unit")), ""),
         dates=_dates(pairs),
         operation=operations.pop() if len(operations) == 1 else "",

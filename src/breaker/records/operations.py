@@ -111,17 +111,12 @@ def read_manifest(
 
 def _rows(file: Path) -> list[tuple[int, dict[str, str]]]:
     """Return the line of each row below the names of columns, and its cells by column."""
-    content = read_bytes(file)
-    encoding = "utf-16" if content[:2] in (b"\xff\xfe", b"\xfe\xff") else "utf-8-sig"
     try:
-        text = content.decode(encoding)
+        text = read_bytes(file).decode("utf-8-sig")
     except UnicodeDecodeError as error:
         raise RejectedCurveError(file, "is not UTF-8; save it as CSV UTF-8") from error
-    named = re.search(r"\bfile\b|\Z", text, re.IGNORECASE).start()
-    start = max(text.rfind(end, 0, named) for end in "\r\n") + 1
-    line = text.count("\n", 0, start)
-    delimiter = max(",;\t", key=re.compile("[^\r\n]*").match(text, start)[0].count)
-    below = StringIO(text[start:], newline="")
+    delimiter = max(",;\t", key=re.match("[^\r\n]*", text)[0].count)
+    below = StringIO(text, newline="")
     reader = csv.DictReader(below, delimiter=delimiter, restkey="", strict=True)
     rows_read, names = [], []
     try:
@@ -130,16 +125,16 @@ def _rows(file: Path) -> list[tuple[int, dict[str, str]]]:
             row[""] = "".join(row.get("") or "")
             cells = {name: (cell or "").strip() for name, cell in row.items()}
             if any(cells.values()):
-                rows_read.append((line + reader.line_num, cells))
+                rows_read.append((reader.line_num, cells))
     except csv.Error as error:
         reason = f"is not a table: {error}; are quotation marks closed?"
-        raise RejectedCurveError(file, reason, line=line + reader.line_num + 1) from error
+        raise RejectedCurveError(file, reason, line=reader.line_num + 1) from error
     odd = [name for name in names if name and (name not in READ or names.count(name) > 1)]
     if odd or not rows_read or not {*_REQUIRED} <= {*names}:
         what = f"cannot have {', '.join(map(repr, odd))}" if odd else "is not complete"
         every = f"{', '.join(_REQUIRED)} and any of {', '.join(READ)}, each once"
         reason = f"{what}: name the columns {every}, with a row for each operation below"
-        raise RejectedCurveError(file, reason, line=line + 1)
+        raise RejectedCurveError(file, reason, line=1)
     return rows_read
 
 

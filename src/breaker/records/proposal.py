@@ -6,7 +6,7 @@ of a degree, has to be filled in; to try all else, a number stands in for it.
 
 import re
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from statistics import mode
 
@@ -16,14 +16,14 @@ import yaml
 from breaker.common.document import Document, Remark, Table
 from breaker.common.numerals import in_digits
 from breaker.common.text import visible_text
-from breaker.records import description
 from breaker.records.axes import Scale
-from breaker.records.channels import Clock, Travel
 from breaker.records.curves import Grid, put_on_grid
+from breaker.records.description import Findings, look_at
 from breaker.records.files import Files, RejectedCurveError
+from breaker.records.operations import Operation
 from breaker.records.reader import Reader
 from breaker.records.settings import FORMAT
-from breaker.records.sheet import Sheet
+from breaker.records.table_proposal import InspectedMotion
 from breaker.records.words import BESIDE
 
 _USUAL = 15.0  # mm: a stroke that stands in where no mm are known
@@ -38,13 +38,10 @@ ITEM = "  - "
 class Proposal:
     """Settings that are proposed for a file, and its motions as they were read with these."""
 
-    layout: Sheet
-    clock: Clock
-    travels: Sequence[Travel]
+    findings: Findings
     settings: dict  # keys of ``endurance.format`` that differ from their default
-    motions: Sequence[description.InspectedMotion]
+    motions: Sequence[InspectedMotion]
     remarks: Sequence[str]
-    findings: description.Findings
 
     @property
     def lacking(self) -> Mapping[str, str]:
@@ -67,14 +64,14 @@ def inspect_file(
         ValueError: If no column of the file moves as a drive does, or the file cannot be read.
     """
     files = Files() if files is None else files
-    findings = description.look_at(files[file], channel)
+    findings = look_at(files[file], channel)
     travels, remarks = findings.travels, findings.remarks
     usual = _USUAL / float(np.median(travels[0].strokes))
     instead = {"rate": findings.clock.likely_rate, "ratio": usual, "time_unit": "ms"}
     instead = {key: value for key, value in instead.items() if key in findings.lacking}
     scale = Scale.from_settings(FORMAT | findings.settings | instead)
     findings.find_rest(abs(scale.factor))
-    read_by = FORMAT | findings.settings | instead, sensor, files
+    read_by = findings.sheet.file, FORMAT | findings.settings | instead, sensor, files
     motions = [_as_read(entry, *read_by) for entry in findings.motions()]
     first, *others = (motion.paired.items() for motion in motions)
     findings.settings |= dict(item for item in first if all(item in of for of in others))
@@ -86,21 +83,22 @@ def inspect_file(
     if len({(travel.unit, bool(travel.rises[0])) for travel in travels}) > 1:
         remarks.append("columns of travel differ in unit or direction: choose one by --channel")
     settings = {key: value for key, value in findings.settings.items() if value != FORMAT[key]}
-    return Proposal(findings.sheet, findings.clock, travels, settings, motions, remarks, findings)
+    return Proposal(findings, settings, motions, remarks)
 
 
 def _as_read(
-    motion: description.InspectedMotion, settings: Mapping, sensor: Mapping, files: Files
-) -> description.InspectedMotion:
+    motion: InspectedMotion, file: Path, settings: Mapping, sensor: Mapping, files: Files
+) -> InspectedMotion:
     """Return a motion as it is read with its own columns."""
+    part = {"begin": motion.begin, "end": motion.end, "phase": motion.phase}
     own = {**settings, "travel_column": motion.column, **motion.paired}
     times = np.linspace(sensor["start"], sensor["stop"], sensor["samples"])
     try:
-        record = Reader(own, files).read(motion.operation, motion.motion)
+        record = Reader(own, files).read(Operation(1, file, **part), motion.motion)
         result = put_on_grid(record, Grid(times, sensor["noise_sd"]))
     except RejectedCurveError as error:
-        return replace(motion, said=(str(error),))
-    return replace(motion, result=result, said=result.remarks)
+        return motion._replace(said=(str(error),))
+    return motion._replace(result=result, said=result.remarks)
 
 
 def overlay_of(proposal: Proposal) -> str:
@@ -118,7 +116,8 @@ def overlay_of(proposal: Proposal) -> str:
 
 def words_of(proposal: Proposal) -> Document:
     """Return what a file shows, and whether it can be read with the proposal."""
-    sheet, clock, at = proposal.layout, proposal.clock, "no column of time"
+    sheet, clock = proposal.findings.sheet, proposal.findings.clock
+    at = "no column of time"
     if clock.place is not None:
         at = f"time in column {sheet.column(clock.place)!r}, {clock.unit or 'an unknown unit'}"
     rate = "rate not known" if np.isnan(clock.rate) else f"{in_digits(clock.rate, 6)} kHz"
@@ -154,7 +153,7 @@ def _motions(proposal: Proposal) -> Table:
     heads = ("column", "motion", "first motion", "rest by", "stroke", "noise", "doubtful")
     rows = []
     for motion in proposal.motions:
-        column, phase, record = str(motion.column), motion.travel.phase, motion.record
+        column, phase, record = str(motion.column), motion.phase, motion.record
         place = column if phase in (*column.split(), "") else f"{column} {phase}"
         begins, ends = motion.begins, ("", "", "", "REJECTED")
         if record:

@@ -39,7 +39,6 @@ from breaker.records.sheet import Columns
 from breaker.records.words import MOTION_OF
 
 _MANY = 100  # records from which progress is shown: they take more than a second
-_SAME_LENGTH = 0.02  # share by which lengths may differ, which are printed rounded
 _SAME_STROKE, _ROUNDED = (
     0.02,
     0.5,
@@ -219,7 +218,7 @@ def _locate(
 
 
 def _contradiction(operation: Operation, samples: _Samples, motion: str, header: Header) -> str:
-    """Return a warning where a file states another rate or length than its record has, or "".
+    """Return a warning where a file states another rate than its record has, or "".
 
     Raises:
         UnusableError: If the file states another rate than the configuration, or another motion.
@@ -231,17 +230,15 @@ def _contradiction(operation: Operation, samples: _Samples, motion: str, header:
             f"{motion}: check endurance.format.sign, and the motion"
         )
     rate = 1.0 / float(samples.time[1] - samples.time[0])
-    timed, states = samples.settings["time_column"] is not None, ""
-    if abs(header.rate / rate - 1.0) > SAME_RATE:
-        states = f"states {in_digits(header.rate, 4)} kHz, and is read at {in_digits(rate, 4)} kHz"
-        if not timed and "rate" not in operation.settings:
-            raise UnusableError(
-                f"{states}: leave endurance.format.rate out to read with the stated rate, or if "
-                "the file is wrong, write the rate into the column rate of operations.csv"
-            )
-    elif not timed and abs(samples.time.size / rate / header.length - 1.0) > _SAME_LENGTH:
-        states = f"states {in_digits(header.length, 4)} ms, and has {samples.time.size / rate:.4g}"
-    return f"{printable(operation.file)} {states}" if states else ""
+    if not abs(header.rate / rate - 1.0) > SAME_RATE:
+        return ""
+    states = f"states {in_digits(header.rate, 4)} kHz, and is read at {in_digits(rate, 4)} kHz"
+    if samples.settings["time_column"] is None and "rate" not in operation.settings:
+        raise UnusableError(
+            f"{states}: leave endurance.format.rate out to read with the stated rate, or if "
+            "the file is wrong, write the rate into the column rate of operations.csv"
+        )
+    return f"{printable(operation.file)} {states}"
 
 
 def _other_stroke(operation: Operation, stroke: float, stated: Sequence[float]) -> str:

@@ -4,9 +4,6 @@ import codecs
 from collections.abc import Mapping
 from contextlib import suppress
 
-# Encodings of names and of source code; some take hours for a file.
-_NO_FILES = {"idna", "punycode", "undefined", "unicode-escape", "raw-unicode-escape"}
-
 TO_MS = {"s": 1e3, "ms": 1.0, "us": 1e-3}
 TO_MM = {"mm": 1.0, "cm": 10.0, "m": 1e3, "um": 1e-3, "inch": 25.4}
 
@@ -89,6 +86,5 @@ def complete(settings: Mapping) -> dict:
 
 def _is_encoding(name: str) -> bool:
     with suppress(LookupError, ValueError):
-        codec = codecs.lookup(name)
-        return codec._is_text_encoding and codec.name not in _NO_FILES
+        return codecs.lookup(name)._is_text_encoding
     return False

@@ -10,7 +10,7 @@ from collections import Counter, defaultdict
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from breaker.common.numerals import natural
 from breaker.common.text import table_text
@@ -27,22 +27,41 @@ from breaker.records.operations import FILL_IN, LONGEST
 from breaker.records.settings import FORMAT
 from breaker.records.words import motions_in
 
+if TYPE_CHECKING:  # no record is read here
+    from breaker.records.curves import GriddedRecord
+    from breaker.records.record import Record
+
 _COLUMNS = ("file", "motion", "operation", "channel", *ABOUT, "from", "to")
 _Row = dict[str, Any]  # cells of a row of the table
 
 
-class Part(NamedTuple):
-    """A motion of a channel in a file: its column and phase, empty if nothing states it; the part
-    of the record that contains it, ms, NaN for its ends; and settings of the columns that go with
-    it, as ``contact_column``.
+class InspectedMotion(NamedTuple):
+    """One motion of a channel in a file; times are ms of the file.
+
+    Attributes:
+        motion, column: "closing" or "opening", and the column of its travel.
+        phase: Phase of the channel, empty if nothing states it.
+        begin, end: Part of the record that contains it alone; NaN for the ends of the record.
+        begins, arrives: About when it begins, and when it rests again.
+        paired: Columns that belong to it, by key of the settings.
+        result, said: As it was read with a proposal, unless rejected; reasons and remarks.
     """
 
     motion: str
-    channel: str
-    phase: str
+    column: str | int
+    phase: str = ""
     begin: float = math.nan
     end: float = math.nan
+    begins: float = math.nan
+    arrives: float = math.nan
     paired: Mapping[str, str | int] = MappingProxyType({})
+    result: "GriddedRecord | None" = None
+    said: tuple[str, ...] = ()
+
+    @property
+    def record(self) -> "Record | None":
+        """The record that was read; None where it was not."""
+        return self.result.record if self.result else None
 
 
 class Description(NamedTuple):
@@ -52,7 +71,7 @@ class Description(NamedTuple):
     """
 
     preamble: Header = Header()
-    parts: tuple[Part, ...] = ()
+    parts: tuple[InspectedMotion, ...] = ()
     settings: Mapping[str, Any] = MappingProxyType({})
     sure: bool = True
     reason: str = ""
@@ -172,13 +191,14 @@ def _rows(file: _File, channels: Sequence[str]) -> list[_Row]:
     if seen.settings:
         cells |= {key: _cell(value) for key, value in {**FORMAT, **seen.settings}.items()}
         cells["time_column"] = cells["time_column"] or "none"
-    parts: Sequence[Part] = seen.parts
+    parts: Sequence[InspectedMotion] = seen.parts
     if channels or not parts:
         motions = file.motions or sorted(shown) or (FILL_IN,)
-        parts = [Part(motion, name, name) for motion in motions for name in channels or [""]]
-    phases = {part.channel: part.phase for part in parts}
+        names = channels or [""]
+        parts = [InspectedMotion(motion, name, name) for motion in motions for name in names]
+    phases = {part.column: part.phase for part in parts}
     if len(phases) > 1 and len({*phases.values()} - {""}) < len(phases):
-        phases = {channel: channel for channel in phases}
+        phases = {column: str(column) for column in phases}
     sure = seen.sure or shown <= {*file.motions}
     # Lines of a file are of one sign, which their motions assume.
     unsure = {} if sure else {"sign": FILL_IN} if line else {"motion": FILL_IN, "sign": FILL_IN}
@@ -186,7 +206,7 @@ def _rows(file: _File, channels: Sequence[str]) -> list[_Row]:
         unsure |= {"from": FILL_IN, "to": FILL_IN}
     listed_rows = []
     for part in parts:
-        own = {"motion": part.motion, "channel": part.channel, "phase": phases[part.channel]}
+        own = {"motion": part.motion, "channel": part.column, "phase": phases[part.column]}
         own |= {"from": _cell(part.begin), "to": _cell(part.end), **part.paired}
         listed_rows.append({**cells, **own, **unsure})
     return listed_rows
