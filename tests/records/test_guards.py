@@ -5,7 +5,6 @@ import threading
 from pathlib import Path
 
 import numpy as np
-import pandas as pd
 import pytest
 import xarray as xr
 
@@ -81,10 +80,7 @@ def test_a_file_that_cannot_be_read_is_one_row_that_can_be_stored(tmp_path):
     save(curves, tmp_path / "curves.zarr")
     read = open_store(tmp_path / "curves.zarr").load()
     xr.testing.assert_identical(read.drop_attrs(), curves.drop_attrs())
-    curves[["file", "reason"]].to_dataframe().to_csv(tmp_path / "curves.csv")
-    rows = pd.read_csv(tmp_path / "curves.csv", keep_default_na=False)
-    assert rows.reason.tolist() == curves.reason.values.tolist()
-    assert rows.file.values[-1].endswith(r"finecaf\udce9.csv")
-    for text in (*rows.reason, *rows.file):
+    assert curves.file.values[-1].endswith(r"finecaf\udce9.csv")
+    for text in (*curves.reason.values, *curves.file.values):
         assert text.isprintable()
         text.encode("utf-8")

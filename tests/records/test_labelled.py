@@ -63,11 +63,6 @@ def test_labelled_arrays_are_read(tmp_path, name):
 # ---- what may do harm ----------------------------------------------------------------------------
 
 
-def _deep(file):
-    for _ in range(3_000):
-        file = file.create_group("a")
-
-
 LAYOUT = h5py.VirtualLayout((60,), "f8")
 LAYOUT[:] = h5py.VirtualSource("other.nc", "travel", (60,))
 ELSEWHERE = {
@@ -80,8 +75,6 @@ ELSEWHERE = {
 }
 HARM = {
     "groups": lambda file: [file.create_group(f"{i}") for i in range(301)],
-    "depth": _deep,
-    "variables": lambda file: file.update({f"{i}": TIME for i in range(301)}),
     "a size": lambda file: file.create_dataset("a", (10**9,), "f8"),
     "a chunk": lambda file: file.create_dataset("a", (9,), "f8", chunks=(2**27,), maxshape=(None,)),
     "sizes": lambda file: [

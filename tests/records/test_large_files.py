@@ -40,13 +40,11 @@ def numbers(count, last=""):
     [
         (numbers(1000, "," * 5_000_000), []),
         ((",".join(["1.5"] * 1_000_000) + "\n") * 8, []),
-        ((",".join(["1"] * 600) + "\n") * 30_000, []),
         ((",".join(["1"] * 30) + "\n") * 300_000, []),
-        ("\n" * 5_000_000, []),
         ("1\r" * 20_000_000, ["read"]),
         ("1\n" * 1_300_000, ["read"]),
     ],
-    ids=["commas", "million", "wide", "cells", "blank", "returns", "samples"],
+    ids=["commas", "million", "cells", "returns", "samples"],
 )
 def test_what_no_recorder_writes_is_refused_in_little_memory(tmp_path, text, way):
     file = tmp_path / "hostile.csv"

@@ -42,10 +42,7 @@ def test_files_of_all_readable_kinds_count_in_the_order_of_their_numbers(tmp_pat
     assert numbers == [1, 2, 3, 4, 5, 7, 10]
 
 
-REFUSED = [["operation_0007_10kHz.csv"], ["op_1.csv", "notes.txt"], ["a_7.csv", "b_007.csv"], []]
-
-
-@pytest.mark.parametrize("names", REFUSED)
+@pytest.mark.parametrize("names", [["op_1.csv", "notes.txt"], ["a_7.csv", "b_007.csv"], []])
 def test_names_that_leave_a_doubt_are_refused(tmp_path, names):
     fill(tmp_path / "closing", *names)
     with pytest.raises((ValueError, FileNotFoundError), match=r"closing/.*operations\.csv"):

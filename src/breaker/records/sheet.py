@@ -30,7 +30,6 @@ class Sheet:
         settings: Known settings of ``endurance.format``, by key.
         clock: Place of the column that the format itself knows to be the time; it is the time where
             no column has the name that settings have for it.
-        named: Line of the names, and that of the units; None where there is none.
         remarks: Doubts about the file, in words.
         kind: Name of this kind of file in messages.
         lines: Line of each sample in the file, ``(t,)``; its number where the file has no lines.
@@ -45,7 +44,6 @@ class Sheet:
     preamble: Sequence[Sequence[str]] = ()
     settings: Mapping = field(default_factory=dict)
     clock: int | None = None
-    named: tuple[int | None, int | None] = (None, None)
     remarks: tuple[str, ...] = ()
     kind: str = "a text"
     lines: np.ndarray | None = None
@@ -185,7 +183,7 @@ def _places(
             names = ", ".join(repr(name.strip()[:40]) for name in sheet.names[:40] if name)
             many = "more than one" if at else "no"
             reason = f"{many} column {column!r} among {names}; give its number, from 1, instead"
-            raise RejectedCurveError(sheet.file, reason, line=sheet.named[0])
+            raise RejectedCurveError(sheet.file, reason)
     if sheet.clock is not None:
         places.setdefault("time", sheet.clock)
     return places, remarks
@@ -195,11 +193,9 @@ def _unit_remarks(
     sheet: Sheet, kind: str, place: int, label: str, settings: Mapping
 ) -> tuple[str, ...]:
     """Refuse another unit than that of the settings; remark on one that is not known."""
-    text, line = sheet.texts[place], sheet.named[1]
-    if not text:
-        text, line = words.split_unit(sheet.names[place])[1] or "", sheet.named[0]
+    text = sheet.texts[place] or words.split_unit(sheet.names[place])[1] or ""
     own, stated = settings[f"{kind}_unit"], words.unit_of(text)
     said = f"the unit of {label} is {text!r}, but endurance.format.{kind}_unit is {own!r}"
     if stated and stated != own:
-        raise RejectedCurveError(sheet.file, said, line=line)
+        raise RejectedCurveError(sheet.file, said)
     return (f"{said}: that of the file is not known",) if text and not stated else ()

@@ -137,7 +137,6 @@ def read(opened: Opened, form: Mapping) -> list[Sheet]:
         said = (f"has a record on each line; this is that of line {line}",)
     about = {
         "clock": 0 if timed else None,
-        "named": (1 if own.names else line,) * 2,
         "remarks": said,
         "lines": np.full(numbers.size, line),
         "header": header,

@@ -95,9 +95,8 @@ def sheet_of(opened: Opened, text: str, settings: Mapping, form: Mapping, title:
         for k in range(first)
         if k not in (named, unit)
     ]
-    heads = tuple(None if k is None else top.numbers[k] for k in (named, unit))
     about = file, names, columns, texts, preamble, settings
-    return Sheet(*about, named=heads, lines=lines, wrong=wrong)
+    return Sheet(*about, lines=lines, wrong=wrong)
 
 
 def long_lines(content: bytes) -> list[bytes]:
