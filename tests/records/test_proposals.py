@@ -221,6 +221,14 @@ def test_every_motion_of_every_channel_is_read_in_its_part(tmp_path):
             inspect_file(refused, SENSOR, channel)
 
 
+def test_names_on_two_lines_are_refused_where_their_unit_is_not_read(tmp_path):
+    time = np.arange(0.0, 200.0, 0.1)
+    head = "Time,Travel (in),Travel (in)\nms,L1,L2"
+    file = written(tmp_path / "closing.csv", head, time, *[7.0 * way(time, 60.0, 20.0)] * 2)
+    with pytest.raises(RejectedCurveError, match="two lines"):
+        inspect_file(file, SENSOR)
+
+
 @pytest.mark.parametrize("title", [[], ["", "[Channel B]", "Time (ms),Travel (mm)"]])
 def test_channels_one_below_the_other_are_refused(tmp_path, title):
     time = np.arange(0.0, 300.0, 0.2)

@@ -17,7 +17,7 @@ import numpy as np
 from breaker.common.numerals import in_digits
 from breaker.records import words
 from breaker.records.channels import FAINT, Clock, Travel, Wiring, chosen_travels, find_clock
-from breaker.records.files import Opened, as_opened
+from breaker.records.files import Opened, RejectedCurveError, as_opened
 from breaker.records.formats.registry import look_into
 from breaker.records.header import Header
 from breaker.records.operations import FILL_IN
@@ -120,6 +120,10 @@ def _find_time(findings: Findings) -> None:
 def _find_unit(findings: Findings) -> None:
     sheet, travel = findings.sheet, findings.travels[0]
     unit, stroke = travel.unit or words.unit_of(sheet.stated.travel_unit), travel.strokes.max()
+    above = sheet.preamble[-1] if sheet.preamble else ()
+    if unit is None and any(words.split_unit(cell)[1] in TO_MM for cell in above):
+        reason = "has names or units of its columns on two lines; write both on one, as Travel (mm)"
+        raise RejectedCurveError(sheet.file, reason)
     if unit is None:
         whole = not np.mod(np.nan_to_num(travel.course.reading), 1.0).any()
         named = [e for e in ("deg", "V", "counts") if words.holds(sheet.names[travel.place], e)]
