@@ -174,15 +174,19 @@ def test_draws_that_carry_no_map(fault):
     assert (result.resolved, result.rounds, result.importance.faulty) == (False, 0, 0)
 
 
-def test_a_record_that_no_draw_explains_has_no_posterior():
+@pytest.mark.parametrize(("faulty", "rounds"), [(0, 2), (2, 0)])
+def test_a_record_that_no_draw_explains_has_no_posterior(faulty, rounds):
+    """More draws are tried, but not after densities that are not numbers."""
+
     class Nowhere(Known):
         def log_joint(self, z, record):
-            return np.full(len(z), -np.inf)
+            return np.where(np.arange(len(z)) < faulty, np.nan, -np.inf)
 
     rng = generator(1, "test correction", "nowhere")
     result = correct(Nowhere(), RECORD, start(NORMAL, "wide", rng), rng, rounds=2)
     assert np.isnan(result.draws).all()
-    assert (result.importance.size, result.rounds, result.resolved) == (0, 2, False)
+    assert (result.rounds, result.resolved) == (rounds, False)
+    assert result.importance.faulty == faulty
 
 
 @pytest.mark.parametrize(("call", "kept"), [(1, False), (2, False), (3, True)])

@@ -175,10 +175,9 @@ def convergence(
         which takes one step), ``chosen_steps``, ``chosen_density_steps`` and ``reference_steps``.
     """
     solves = posterior.inference.solves
-    if solves:
-        differences = _differences(posterior, measured[:50], candidates, reference, seed)
-    else:
-        candidates, reference, differences = [1], 1, np.zeros((1, 3))
+    if not solves:
+        candidates, reference = [1], 1
+    differences = _differences(posterior, measured[:50], candidates, reference, seed)
     good = differences <= tolerance
     good[-1] = True
     chosen, _, of_density = (candidates[i] for i in good.argmax(axis=0))
