@@ -49,11 +49,6 @@ def test_an_oco_has_three_motions_and_states_where_the_openings_are(tmp_path):
     assert np.isnan(records[1].operation.begin)
 
 
-def test_where_nothing_moves_there_is_a_reason(tmp_path):
-    (one,) = read(write(tmp_path / "still.csv", np.full_like(TIME, 14.0)))
-    assert one.reason
-
-
 def test_a_file_that_states_its_only_motion_has_no_other_one(tmp_path):
     """Planted fault: it states the motion that it does not contain."""
     file = tmp_path / "a.csv"
@@ -80,14 +75,12 @@ def good(tmp_path):
 
 
 def test_a_record_over_one_like_it_stays_within(tmp_path, good):
-    """Its place in the file, and its rate, do not matter; an opening has no good one."""
+    """Its place in the file, and its rate, do not matter."""
     (over,) = overlaid(closing(tmp_path / "a.csv", begins=61.7, step=0.05), good)
     assert over.leaves is None
     assert abs(over.farthest[1]) < 0.25
     assert over.band == pytest.approx(0.05 * 14.0, rel=0.01)
     assert (over.words.code, over.words.values["share"]) == ("overlay-within", "5")
-    opening = read(write(tmp_path / "open.csv", 14.0 - ramp(30.0), motion="opening"), "opening")
-    assert overlaid(opening, good) == []
 
 
 def test_where_a_slow_record_leaves_the_band_is_reported(tmp_path, good):

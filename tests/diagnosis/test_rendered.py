@@ -167,3 +167,28 @@ def test_limits_have_all_of_many_operations_and_tables_the_first(answers):
     assert row[1].split()[1:] == ["4", "of", "5"]
     assert row[2] == in_digits(answers[1].measured["stroke"].value, 4)
     assert sum(gone.reason in note for note in tables[3].notes) == 1
+
+
+def long(answer, **more):
+    """The same answer, of a drive of 150 mm."""
+    shape = answer.record.shape._replace(stroke=150.0)
+    return replace(answer, record=replace(answer.record, shape=shape), **more)
+
+
+def test_a_long_stroke_withholds_touch_and_gap_everywhere(answers):
+    """The contact may slide; a known value or a used contact brings them back."""
+    answer = long(answers[0])
+    verdicts = judged(answer, [limit("touch_time", 50.0), limit("L", 500.0)], seed=1)
+    assert [verdict["verdict"] for verdict in verdicts] == ["inconclusive"] * 2
+    assert {verdict["reason"].code for verdict in verdicts} == {"contact-may-slide"}
+    (entry,) = result_of([answer])["records"]
+    for name in ("touch_time", "spring_compression", "closing_wipe"):
+        assert entry["quantities"][name]["median"] is None
+        assert entry["quantities"][name]["reason"].code == "contact-may-slide"
+    assert "touch_from10" not in entry["quantities"]
+    assert entry["parameters"]["L"]["reason"].code == "contact-may-slide"
+    assert entry["parameters"]["f"]["median"] > 0.0
+    assert answer.contact_unknown
+    assert np.isnan(answer.contact.time)
+    assert not long(answers[0], contact_given=True).contact_unknown
+    assert not long(answers[0], contact_used=True).contact_unknown

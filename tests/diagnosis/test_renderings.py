@@ -44,16 +44,6 @@ def test_no_word_is_markup_or_a_sign_that_a_page_obeys():
     assert page.count(r"&amp;amp;\u202e\u200b\x1b") >= 4
 
 
-def test_a_page_has_words_for_names():
-    notes = ["no touch_time of my_file.csv"]
-    table = Table(rows=[("touch_time", "1")], notes=notes)
-    document = Document(parts=[table], names={"touch_time": "touch time"})
-    page = html_page(document)
-    assert "<td>touch time</td>" in page
-    assert "no touch time of my_file.csv" in page
-    assert text_of(document).count("touch_time") == 2
-
-
 def test_remarks_and_lines_to_sign_stay_together_on_a_page():
     around = Letterhead("A $ company", b"logo", "After <overhaul>", ["tested by: name, date"])
     later = Remark("the changes")

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from breaker.configuration.definitions import family_of
-from breaker.family import bank as bank_module
 from breaker.family.bank import GRID, shapes, simulate_family
 from breaker.family.drive_family import Family
 from breaker.family.rich_drive import CONTACTS, ELEMENTS, Drive, Elements
@@ -55,15 +54,3 @@ def test_a_curve_is_that_of_the_drive(bank, number):
             levels = np.interp([0.0, 1.0], GRID, curves[m])
             np.testing.assert_allclose(levels, [0.1, 0.5], atol=1e-3)
             assert curves[m][float(one.release) > GRID] == pytest.approx(0.0, abs=1e-4)
-
-
-def test_a_drive_without_a_shape_is_drawn_again_and_counted(family, monkeypatch):
-    highest = shapes(simulate_family(family, 40, np.random.default_rng(3))["shape"].values).max()
-    monkeypatch.setattr(bank_module, "_STORED", (-0.5, 0.95 * highest))
-    fewer = simulate_family(family, 40, np.random.default_rng(3))
-    assert fewer.drawn_again > 0
-    assert shapes(fewer["shape"].values).max() <= 0.95 * highest + 1e-4
-    monkeypatch.setattr(bank_module, "_STORED", (-0.5, 0.5))
-    monkeypatch.setattr(bank_module, "TRIES", 20)
-    with pytest.raises(RuntimeError):
-        simulate_family(family, 1, np.random.default_rng(3))

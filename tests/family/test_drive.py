@@ -32,7 +32,6 @@ SHARP = Elements(
     closing_stop=Stop(reach=0.3, damping=3.0, power=1.0, depth=0.1, stiffness=0.3),
     opening_stop=Stop(reach=5.0, damping=0.6, power=3.0, depth=0.1, stiffness=0.3),
 )
-FOREIGN = Elements(force_fall=0.3, drag=0.05, linkage=1.5, build_up=0.1)
 WILD = Elements(
     linkage=0.2,
     build_up=0.4,
@@ -42,6 +41,7 @@ WILD = Elements(
 )
 LAWS = replace(
     FAMILY,
+    force_fall=0.1,
     drag=0.05,
     drag_power=1.5,
     growth=2.5,
@@ -59,7 +59,6 @@ SLIDING = replace(WILD, contact="sliding", train_mass=0.3, linkage=0.0)
 SETS = {
     "family": FAMILY,
     "sharp": SHARP,
-    "foreign": FOREIGN,
     "wild": WILD,
     "laws": LAWS,
     "laws on a linkage": replace(LAWS, linkage=1.5),

@@ -1,7 +1,5 @@
 """The simulated endurance test: its drive, its wear, its truth and its records."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
@@ -81,19 +79,6 @@ def test_truth_of_what_records_show(life, truth):
         assert (wipe.sel(motion=motion) > 0.5).all()
     never = Limit("latch", "closing", (("reaction_time", 1.0, True),), of="record")
     assert np.isnan(failure_times(truth, [never])["latch"])
-
-
-@pytest.mark.parametrize("motion", MOTIONS)
-def test_the_motion_starts_after_the_lead(life, motion):
-    """Without noise, zero and scatter of the trigger."""
-    sensor = life.settings["sensor"]
-    exact = sensor | {"noise_sd": 0.0, "zero_sd": 0.0, "trigger_sd": 0.0}
-    clean = replace(life, settings=life.settings | {"sensor": exact})
-    times, record = clean.record(motion, 7)
-    assert not np.array_equal(life.record(motion, 7)[1], life.record(motion, 8)[1])
-    moved = np.abs(record - record[0]) > 1e-4
-    assert times[moved][0] == pytest.approx(sensor["lead"], abs=0.5)
-    assert moved[times > sensor["lead"] + 1].all()
 
 
 @pytest.mark.parametrize(("motion", "share"), [("closing", 0.75), ("opening", 0.85)])
