@@ -5,7 +5,6 @@ import xarray as xr
 
 from breaker.model.parameters import NAMES
 
-_QUANTILE = [0.05, 0.5, 0.95]
 _DIMS = {
     **dict.fromkeys(("evidence", "weight"), "operation"),
     "remaining": ("asked", "limit", "quantile"),
@@ -22,27 +21,6 @@ _DIMS = {
     "value": ("asked", "part", "quantile"),
     "new": "part",
 }
-
-
-def life_of(operation, asked, limits, parts, changes, values, attrs):
-    """A life read at ``asked``; ``limits`` are words by name, ``parts`` the rest of them."""
-    size = len(parts["limit"])
-    data = {"new": np.zeros(size)} | values
-    return xr.Dataset(
-        {name: (_DIMS[name], item) for name, item in data.items()}
-        | {name: ("change", change) for name, change in changes.items()},
-        {
-            "operation": operation,
-            "asked": asked,
-            "parameter": list(NAMES),
-            "motion": ["closing", "opening"],
-            "quantile": _QUANTILE,
-            "limit": list(limits),
-            "words": ("limit", list(limits.values())),
-        }
-        | {f"part_{name}": ("part", list(part)) for name, part in parts.items()},
-        attrs,
-    )
 
 
 OPERATIONS = np.arange(1, 501)
@@ -89,21 +67,21 @@ def a_life(
         **dict.fromkeys(("breaker", "phase", "date", "event", "not_used"), empty),
         **dict.fromkeys(("temperature", "voltage"), none),
         "p_exceeded": (left == 0.0).astype(float),
-        "p_nearer": np.where(
-            (asked < reported_from)[:, None], np.nan, np.isfinite(fails).astype(float)
-        ),
+        "p_nearer": np.where(asked[:, None] < reported_from, np.nan, 1.0 * np.isfinite(fails)),
         "turns": np.full((asked.size, 41), np.inf),
         "noticed_in": np.full(asked.size, 50.0),
         "remaining": left[..., None] * [0.5, 1.0, 1.5],
         "lives": left[..., None] * np.linspace(0.9, 1.1, 41),
         "value": gone[..., None] + np.array(half)[:, None] * [-1.0, 0.0, 1.0],
     }
-    attrs = {
-        "family": family,
-        "agreement": 0.4,
-        "reported_from": reported_from,
-        "needed": reported_from,
-    }
-    attrs |= {"threshold": 10.0, "horizon": 10000}
-    life = life_of(operations, asked, LIMITS, parts, moments, values, attrs)
-    return life.assign_coords(of=("limit", ["record", "change"]))
+    attrs = {"family": family, "agreement": 0.4, "threshold": 10.0, "horizon": 10000}
+    attrs |= {"reported_from": reported_from, "needed": reported_from}
+    data = {"new": np.zeros(2)} | values
+    coords = {"operation": operations, "asked": asked, "parameter": list(NAMES)}
+    coords |= {"motion": ["closing", "opening"], "quantile": [0.05, 0.5, 0.95]}
+    coords |= {"limit": list(LIMITS), "words": ("limit", list(LIMITS.values()))}
+    coords |= {"of": ("limit", ["record", "change"])}
+    coords |= {f"part_{name}": ("part", list(part)) for name, part in parts.items()}
+    data = {name: (_DIMS[name], item) for name, item in data.items()}
+    data |= {name: ("change", values) for name, values in moments.items()}
+    return xr.Dataset(data, coords, attrs)
