@@ -55,8 +55,12 @@ def records():
         ("gap", np.where(np.abs(time - 75.0) < 1.0, np.nan, 0.0)),
     ):
         yield name, time, 170.0 - way - more + noise, "opening", contact
-    counted = 0.4 * np.round((170.0 - way) / 0.4)
-    yield "counter", time, counted, "opening", contact
+    for name, sd in (("counter", 0.0), ("noisy counter", 0.15)):
+        noisy = 170.0 - way + sd * rng.standard_normal(time.size)
+        yield name, time, 0.4 * np.round(noisy / 0.4), "opening", contact
+    yield "clipped", time, np.maximum(170.0 - way + noise, 9.0), "opening", contact
+    seldom = slice(None, None, 5)
+    yield "1 kHz", time[seldom], (170.0 - way + noise)[seldom], "opening", contact
 
 
 def readings():
