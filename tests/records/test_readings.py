@@ -58,7 +58,12 @@ def records():
     for name, sd in (("counter", 0.0), ("noisy counter", 0.15)):
         noisy = 170.0 - way + sd * rng.standard_normal(time.size)
         yield name, time, 0.4 * np.round(noisy / 0.4), "opening", contact
-    yield "clipped", time, np.maximum(170.0 - way + noise, 9.0), "opening", contact
+    for name, ends in (
+        ("clipped", (9.0, 999.0)),
+        ("ends late", (10.0, 999.0)),
+        ("ends first", (0.0, 170.0)),
+    ):
+        yield name, time, np.clip(170.0 - way + noise, *ends), "opening", contact
     seldom = slice(None, None, 5)
     yield "1 kHz", time[seldom], (170.0 - way + noise)[seldom], "opening", contact
 

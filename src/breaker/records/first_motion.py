@@ -179,7 +179,7 @@ def start_interval(time: np.ndarray, travel: np.ndarray, motion: str) -> StartIn
     """
     rise = _Rise(time, travel, motion)
     time, travel, variance = _lowest(rise)
-    hums = dict.fromkeys(_HUM, _ODDS / len(_HUM)) | {0.0: 1.0 - _ODDS}
+    hums = dict.fromkeys(_HUM, _ODDS / len(_HUM)) | {0.0: 1.0}
     if time[-1] - time[0] < 1.0 / min(_HUM):
         hums = {0.0: 1.0}
     rises = ((1.0 - _ANY_POWER) * _usual(_POWERS) + _ANY_POWER / _POWERS.size)[:, None]
@@ -198,7 +198,7 @@ def start_interval(time: np.ndarray, travel: np.ndarray, motion: str) -> StartIn
         alone, creep = np.exp((alone - best) / scale), np.exp((creep - best) / scale)
         odds = np.array(list(hums.values()))
         hums = {list(hums)[int((odds * alone.sum(axis=(1, 2))).argmax())]: 1.0}
-        alone = np.einsum("f,fps->s", odds, alone * rises) * (1.0 - _ODDS)
+        alone = np.einsum("f,fps->s", odds, alone * rises)
         creep = np.einsum("f,fcps->cs", odds, creep) * _ODDS / creep[0, :, :, 0].size
         tried, mains = mains, _closer(mains, alone + creep.sum(axis=0))
     starts = [tried, *(tried - end * lengths[:, None] for end in _CREEP_ENDS)]
