@@ -68,7 +68,7 @@ def validation(n, name, *, draws=300, missing=0, shift=0.0, width=1.0):
 
 
 def test_a_record_is_corrected_by_its_own_generator():
-    """It depends on no other, and on motion and seed; the best of an unresolved one is kept."""
+    """It depends on no other, and on motion and seed; draws that are all the same make none."""
     data = validation(3, "shifted", missing=6, shift=1.0, width=1.4)
     data.draws[1] = data.draws[1, 0]
     result = correct_validation(MODEL, data, seed=1)
