@@ -20,8 +20,6 @@ from breaker.paper.validation import intervals, share_inside
 if TYPE_CHECKING:  # predictions need a model alone: torch is not loaded for them
     from breaker.paper.posterior import Posterior
 
-# Prior sd. One onset in 16,000 is further from the nominal start: that start is wrong.
-_FAR_ONSET = 4.0
 # Part of the travel that belongs to the main motion: about to the touch, and to the stop.
 _MAIN_PART = {"closing": 0.75, "opening": 0.85}
 
@@ -94,9 +92,8 @@ def infer(
 
     Returns:
         ``curves`` with ``draws`` (operation, draw, output), ``median``, ``interval_50`` and
-        ``interval_95`` (operation, output, bound), ``p_value``, ``distance`` from the bank, the
-        flags ``misfit``, ``outside_prior`` (distance above 1) and ``far_onset`` (inferred beyond
-        4 prior sd), and ``outside_support``, the share of draws that the prior excludes.
+        ``interval_95`` (operation, output, bound), ``p_value``, ``distance`` from the bank, and
+        the flags ``misfit`` and ``outside_prior`` (distance above 1).
     """
     model, motion = posterior.model, posterior.motion
     operations, measured = curves.operation.values, curves.travel.values.astype(np.float64)
@@ -118,34 +115,17 @@ def infer(
             reasons[i] = f"{curves.file.values[i]}: no posterior: {error}"
             continue
         values[i] = sampled
-    flags = {
-        "distance": ("operation", distance),
-        "outside_prior": ("operation", distance > 1.0),
-        "reason": ("operation", reasons.astype(str)),
-        "accepted": ("operation", reasons == ""),
-    }
-    sampled = summaries(model, values, p_value, misfit_p_value)
-    return curves.assign(flags | sampled).assign_coords(_coordinates(model))
-
-
-def summaries(
-    model: Model, values: np.ndarray, p_value: np.ndarray, misfit_p_value: float
-) -> dict[str, xr.DataArray]:
-    """Return what ``infer`` adds for draws ``(o, d, q)``, nan where there is no posterior, and
-    posterior predictive p-values ``(o,)``.
-    """
-    p = len(model.parameters)
-    outside = 1.0 - model.prior.supported(values[..., :p]).mean(axis=1)
-    named = intervals(values)
-    onset = np.abs(named["median"].values[:, p:]).sum(axis=1)  # 0 where it is no output
     columns = {
-        "p_value": (("operation",), p_value),
-        "misfit": (("operation",), p_value < misfit_p_value),
-        "far_onset": (("operation",), onset > _FAR_ONSET * model.sensor.onset_sd),
-        "outside_support": (("operation",), np.where(np.isnan(p_value), np.nan, outside)),
-        "draws": (("operation", "draw", "output"), values.astype(np.float32)),
+        "distance": distance,
+        "outside_prior": distance > 1.0,
+        "reason": reasons.astype(str),
+        "accepted": reasons == "",
+        "p_value": p_value,
+        "misfit": p_value < misfit_p_value,
     }
-    return named | {name: xr.DataArray(item, dims=dims) for name, (dims, item) in columns.items()}
+    columns = {name: ("operation", column) for name, column in columns.items()}
+    columns |= {"draws": (("operation", "draw", "output"), values.astype(np.float32))}
+    return curves.assign(intervals(values) | columns).assign_coords(_coordinates(model))
 
 
 def predictive_p_value(

@@ -70,9 +70,7 @@ class OwnPrior:
         return np.where(self.logarithmic, np.exp(np.where(self.logarithmic, scaled, 0.0)), scaled)
 
     def supported(self, theta: np.ndarray) -> np.ndarray:
-        """Return where the density is positive, ``(..., p) -> (...)``; everywhere if unknown."""
-        if not hasattr(self, "log_prob"):
-            return np.ones(theta.shape[:-1], dtype=bool)
+        """Return where the density is positive, ``(..., p) -> (...)``, if the prior has one."""
         rows = theta.reshape(-1, theta.shape[-1])
         return (np.asarray(self.log_prob(rows)) > -np.inf).reshape(theta.shape[:-1])
 

@@ -90,7 +90,7 @@ class Posterior(nn.Module):
 
         Returns:
             Draws in physical units, ``(o, d, q)``, float64. Some may lie outside the prior's
-            support, which the network knows only by example; callers count those.
+            support, which the network knows only by example.
 
         Raises:
             ValueError: If the network does not accept such a record; with the remedy.

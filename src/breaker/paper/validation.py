@@ -426,8 +426,8 @@ def table(result: xr.Dataset) -> pd.DataFrame:
             frame[f"{name}_{bound}"] = result[name].sel(bound=bound, drop=True).to_series()
     frame = frame.reset_index()
     frame.insert(2, "unit", frame.output.map(units))
-    fit = ("p_value", "misfit", "outside_prior", "outside_support", "accepted", "reason")
-    record = ("file", "remarks", "missing", "masked", "far_onset", "family")
+    fit = ("p_value", "misfit", "outside_prior", "accepted", "reason")
+    record = ("file", "remarks", "missing", "masked", "family")
     measured = ("contact_time", "contact_sd", "reaction_time")  # where any operation has them
     columns = [
         *(name for name in (*fit, *record) if name in result),
