@@ -41,9 +41,7 @@ BELONGS = [
             ("Travel A", "Main A", "PIR A", "Resistor contact A", "Main A"),
         )
     ],
-    # 52a follows the main contact and 52b is its opposite; a contact goes before both.
-    ({"52a": SIGNAL, "52b": 1.0 - SIGNAL}, {"contact_column": "52a"}),
-    ({"CB 52a": SIGNAL, "Contact": LATE}, {"contact_column": "Contact"}),
+    ({"Contact 52a": SIGNAL, "52b": 1.0 - SIGNAL}, {}),  # auxiliary switches
     ({**AMPERES, RES: OHMS}, {"contact_column": RES, "current_column": "DCRM Current CH1"}),
     ({RES: OHMS, "DCRM Current CH2": 50.0 * LATE}, {"contact_column": RES}),
     # A current, a coil and a reading that is constant are no contact.
@@ -131,9 +129,6 @@ def test_rows_above_the_columns_state_which_contact_belongs_to_which_travel(shif
 @pytest.mark.parametrize(
     ("name", "values", "first"),
     [
-        ("52a", SIGNAL, {"closing"}),
-        ("52b", 1.0 - SIGNAL, {"closing"}),
-        ("52b", SIGNAL, {"opening"}),
         ("Res 1", OHMS, {"closing"}),
         ("Contact", SIGNAL, set()),  # whether 1 is closed is not known
         ("Current 1", SIGNAL, set()),

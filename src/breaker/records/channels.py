@@ -2,8 +2,8 @@
 
 A column is a clock or a travel by its unit or its name. Without both, a column that rises in even
 steps is a clock, and a column that moves between rests is a travel. A contact is a column of a
-contact, of the resistance across it, or of an auxiliary switch, whose reading changes; a current
-never is. It belongs to a travel by rows above the columns, phase or number; a coil also by time.
+contact, or of the resistance across it, whose reading changes; a current and an auxiliary switch
+never are. It belongs to a travel by rows above the columns, phase or number; a coil also by time.
 """
 
 import re
@@ -32,8 +32,8 @@ _UNEVEN = 0.2  # of a step: times that are printed with few digits differ by as 
 _OSCILLATES = 6  # motions: no operating sequence of IEC 62271-100 has more
 _COIL = 20.0  # A: coils take less, and tests of resistance more
 _LENGTHS = (*TO_MM, "deg", "rad")  # units of travels alone
-_SWITCHES = ("52a", "52b")
-_KINDS = ("contact", "resistance", *_SWITCHES)  # the first of these counts
+_KINDS = ("contact", "resistance")  # the first of these counts
+_OTHERS = ("coil", "of the drive", "52a", "52b")  # auxiliary switches close before or after
 
 _LABELS = {key: words.any_of(spelt) for key, spelt in words.WORDS["labels"].items()}
 _OF_CONTACT = re.compile(
@@ -43,8 +43,8 @@ _OF_CONTACT = re.compile(
 )
 _LETTER = r"[^\W\d_]"
 _PHASES = re.compile(rf"(?<!{_LETTER})({words.COLUMN_PHASE})(?!{_LETTER})")
-# Not a number or phase: units, C1 and T1 of coils, and the device numbers 52a and 52b.
-_NO_MARKS = re.compile(r"[\[(].*?[\])]|\b[cCtT](?=\d)|\b52[abAB]\b")
+# Not a number or phase: units, and C1 and T1 of coils.
+_NO_MARKS = re.compile(r"[\[(].*?[\])]|\b[cCtT](?=\d)")
 
 
 class Clock(NamedTuple):
@@ -228,7 +228,7 @@ def _stated_contacts(
     (``YBreak2``) or ``NA``, above its column or in the order of the contacts. None without one.
     """
     places = [i for i, unit in enumerate(sheet.units) if i not in travels and unit not in TO_MM]
-    named = [[i for i in places if holds(sheet.names[i], kind)] for kind in _KINDS[:2]]
+    named = [[i for i in places if holds(sheet.names[i], kind)] for kind in _KINDS]
     contacts = next(filter(None, named), [])
     stated = {place: {} for place in contacts}
     for row in sheet.preamble:
@@ -354,13 +354,14 @@ class Wiring:
         return sorted(own, key=at.__getitem__)[:1]
 
     def first_motions(self, travel: Travel) -> set[str]:
-        """Return the first motion by levels of resistances and switches; both if these differ."""
+        """Return the first motion by levels of resistances; both if these differ."""
         (begin, end), (begins, rests), closes = travel.part(0), travel.moves(0), set()
         for i in self.contacts:
-            kind, values = _kind(self.sheet, i), np.abs(self.sheet.columns[i])
+            values = np.abs(self.sheet.columns[i])
             before, after = map(np.nanmedian, (values[begin : begins + 1], values[rests - 1 : end]))
-            if kind != "contact" and min(before, after) < FAINT * max(before, after):
-                closes.add(bool(after > before) == (kind == "52a"))
+            resistance = _kind(self.sheet, i) == "resistance"
+            if resistance and min(before, after) < FAINT * max(before, after):
+                closes.add(bool(after < before))
         return {"closing" if closes_first else "opening" for closes_first in closes}
 
 
@@ -390,9 +391,8 @@ def _kind(sheet: Sheet, place: int) -> str:
     """Kind of a column by which a contact is seen; empty for others, such as currents."""
     name, unit = sheet.names[place], sheet.units[place] or ""
     kind = next((kind for kind in reversed(_KINDS) if holds(name, kind)), "")
-    other = holds(name, "coil") or holds(name, "of the drive") or unit in TO_MM
-    other = other or np.isfinite(words.amperes_of(name, unit))
-    return "" if other and kind not in _SWITCHES else kind
+    other = any(holds(name, one) for one in _OTHERS) or unit in TO_MM
+    return "" if other or np.isfinite(words.amperes_of(name, unit)) else kind
 
 
 def _is_coil(sheet: Sheet, place: int) -> bool:
