@@ -8,7 +8,6 @@ import pytest
 import yaml
 
 from breaker.common.document import text_of
-from breaker.common.text import visible_text
 from breaker.configuration.definitions import simulated_test
 from breaker.family.endurance import EnduranceTest
 from breaker.records.curves import Grid, read_curves
@@ -259,19 +258,3 @@ def test_unused_channels_are_no_travels(tmp_path, unused):
 def test_a_stated_stroke_that_no_motion_has_is_a_warning(tmp_path, stated, warned):
     proposal = inspected(tmp_path, results={"Stroke (mm)": stated, "Rated Travel (mm)": [178.0]})
     assert [bool(motion.record.warning) for motion in proposal.motions] == [warned] * 3
-
-
-# ---- what may do harm ----------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize(
-    ("name", "shown"), [("Ход travel", True), ("tra\u200bvel", False), ("tra\u202evel", False)]
-)
-def test_a_name_is_shown_unless_a_sign_of_it_is_not_seen(tmp_path, name, shown):
-    """What is copied from a terminal is read as it was meant."""
-    time = np.arange(0.0, 200.0, 0.1)
-    file = written(tmp_path / "closing.csv", f"time (ms),{name}", time, 14.0 * way(time, 60, 20))
-    overlay = overlay_of(proposal := inspect_file(file, SENSOR))
-    assert visible_text(overlay) == overlay
-    assert (name in overlay) == shown
-    assert proposed(proposal)["travel_column"] == name

@@ -15,7 +15,6 @@ import yaml
 
 from breaker.common.document import Document, Remark, Table
 from breaker.common.numerals import in_digits
-from breaker.common.text import visible_text
 from breaker.records.axes import Scale
 from breaker.records.curves import Grid, put_on_grid
 from breaker.records.description import Findings, look_at
@@ -107,8 +106,6 @@ def overlay_of(proposal: Proposal) -> str:
     lines = ["endurance:", "  format:"]
     for key in filter(given.__contains__, FORMAT):
         value = yaml.safe_dump([given[key]], allow_unicode=True, **_LINE)
-        if visible_text(value) != value:  # invisible signs are written by their numbers
-            value = yaml.safe_dump([given[key]], **_LINE)
         why = f"  # FILL IN: {proposal.lacking[key]}" if key in proposal.lacking else ""
         lines.append(f"    {key}: {value.strip()[1:-1]}{why}")
     return "\n".join([*lines, ""])
