@@ -166,10 +166,13 @@ def _rate(pairs: Iterable[Pair], by_length: float) -> tuple[float, str]:
         if RATES[0] <= (rate := _rate_in(pair)) <= RATES[1]:
             rates[float(f"{rate:.9g}")] = f"'{pair.name}: {pair.text}'"
     rate, why = next(iter(rates.items()), (math.nan, "no usual rate is stated with its unit"))
-    if len(rates) == 1 and not abs(rate / by_length - 1.0) > SAME_RATE:
+    if len(rates) > 1:
+        why = f"several rates are stated: {' and '.join(rates.values())}"
+    elif not abs(rate / by_length - 1.0) > SAME_RATE and rates:
         return rate, ""
-    why = f"several rates are stated: {' and '.join(rates.values())}" if len(rates) > 1 else why
-    return math.nan, f"{why}; by the length {in_digits(by_length, 4)} kHz" * (by_length > 0) or why
+    if by_length > 0:
+        why += f"; by the length {in_digits(by_length, 4)} kHz"
+    return math.nan, why
 
 
 def _rate_in(pair: Pair) -> float:
