@@ -47,11 +47,13 @@ def records():
     way = 160.0 * swinging(time - 60.0, 1.0, 30.0, 0.05)
     fast = np.gradient(way) / np.gradient(way).max()
     contact = ContactTimes(70.0, 0.1, main=66.0, main_sd=0.2, arcing=70.0, arcing_sd=0.1)
+    creep = 3.0 * np.exp(-np.maximum(time - 80.0, 0.0) / 60.0) * (way / 160.0)
     for name, more in (
         ("ripples", 3.0 * fast * np.sin(time)),
         ("drifts", 0.02 * time),
         ("slips", 2.0 * (time > 75.0)),
-        ("creeps", 3.0 * np.exp(-np.maximum(time - 80.0, 0.0) / 60.0) * (way / 160.0)),
+        ("creeps back", creep),
+        ("creeps on", -3.0 * creep),
         ("gap", np.where(np.abs(time - 75.0) < 1.0, np.nan, 0.0)),
     ):
         yield name, time, 170.0 - way - more + noise, "opening", contact
