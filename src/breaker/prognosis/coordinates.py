@@ -17,10 +17,10 @@ from breaker.prognosis.series import MotionRecords, Series
 from breaker.prognosis.trend import Block
 
 _COMPONENTS = 24
-_USUAL = 0.1  # scatter that is usual of drives, in changes of the family,
-_KNOWN = 20  # and how well it is known, as from so many records more
-_MOVES = 30.0  # what wear may do to a measured quantity, in its scatter
-# Of which the curve says nothing.
+_USUAL = 0.1  # usual scatter of a drive, as a share of the family's changes
+_KNOWN = 20  # records as which the usual scatter counts
+_MOVES = 30.0  # prior sd of the change of a measured quantity, in its scatter
+# Measured quantities that the curve does not show, so that changes are sought in them.
 _APART = {
     *("reaction_time", "touch_time", "separation_time", *SHARES),
     *("closing_time", "opening_time", "main_closing_time", "main_opening_time", "bounce_time"),
@@ -88,7 +88,7 @@ class LifeCurve(NamedTuple):
         return np.square(self.project(ways, np.ones(ways.shape, dtype=bool))).sum(axis=0)
 
     def input_noise(self, variance: np.ndarray) -> np.ndarray:
-        """Return the noise that a network is told of coordinates' variances, ``(..., k)``."""
+        """Return the noise of a curve for a network, by variances of coordinates, ``(..., k)``."""
         shares = np.square(self.back[:, : inputs.SCATTER_DIRECTIONS])
         return np.sqrt((variance @ shares).mean(axis=-1))
 
@@ -128,7 +128,7 @@ class Coordinates(NamedTuple):
             curves[motion] = LifeCurve.of(records, new, bases[motion])
             for name, values in records.measured.items():
                 if (shown := new[np.isfinite(values[new])]).size:
-                    # They scatter as is usual and stated, as far as few do not tell.
+                    # Few readings do not show their scatter: the usual and stated one counts too.
                     mean, common = (
                         values[shown].mean(),
                         float(np.median(records.stated[name][shown])),

@@ -26,8 +26,8 @@ _EFFECT = 0.1  # prior sd of 10 K, or of 10 % of the voltage, in changes of the 
 _STARTS = 40  # of changes that are weighed, closer together the later they are
 _AGE = 2  # records that a change needs: one may be an outlier
 _TAILS = 100.0  # degrees of freedom of the scatter
-_MEMORY = 300.0  # records, over which the size of the scatter is followed
-_ODD = 9.0  # square of a record's coordinate, in variances, as which a larger one counts in it
+_MEMORY = 300.0  # records over which the scatter is averaged
+_ODD = 9.0  # largest square of a deviation, in variances, by which a record changes the noise
 _LEADING = 12  # coordinates of a block that count for changes, and for how its path bends
 
 
