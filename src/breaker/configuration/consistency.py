@@ -59,8 +59,7 @@ def _curves(config: Config) -> Problems:
 def _costs(config: Config) -> Problems:
     planning = config["planning"]
     if (failure := planning["failure_cost"]) <= planning["service_cost"]:
-        text = f"is {failure:g}, so no service pays. Raise it above service_cost."
-        yield "planning.failure_cost", text
+        yield "planning.failure_cost", f"is {failure:g}. Raise it above service_cost."
 
 
 def _prior(config: Config) -> Problems:
