@@ -63,7 +63,7 @@ def test_all_of_an_analysers_preamble():
     results = {"Stroke (mm)": [178.0, 178.4], "Over Travel (mm)": [4.3, 4.4]}
     lines = preamble(results=results, channels=2, ratio=1.64, motions=("closing", "opening"))
     result = header_of([line.split(",") for line in lines], samples=4000)
-    assert result.rate == 10.0
+    assert (result.rate, result.ratio) == (10.0, "1.64")
     assert (result.station, result.bay, result.type) == ("North 400 kV", "Bay 4", "LTB 420")
     assert (result.serial, result.operation) == ("HV-20417", "C-O")
     assert (result.dates, result.travel_unit) == (("2021-03-14T10:42:17",), "mm")

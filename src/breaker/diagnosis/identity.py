@@ -118,10 +118,12 @@ def stated_differences(inspections: Inspections) -> list[Sentence]:
     """Return in which ratio, serial number or bay the files of two inspections differ."""
     differences = []
     for name, key in {"linkage ratio": "ratio", "serial number": "serial", "bay": "bay"}.items():
-        both = [{getattr(e.stated, key) for e in some} for some in inspections.values()]
-        before, today = ([value for value in pair if value and value == value] for pair in both)
-        if len(before) == len(today) == 1 and bare(str(before[0])) != bare(str(today[0])):
-            was, now = (e if isinstance(e, str) else in_digits(e, 4) for e in (*before, *today))
+        before, today = (
+            {value for e in some if (value := getattr(e.stated, key))}
+            for some in inspections.values()
+        )
+        if len(before) == len(today) == 1 and {*map(bare, before)} != {*map(bare, today)}:
+            (was,), (now,) = before, today
             differences.append(say("stated-otherwise", what=name, before=was, today=now))
     return differences
 
@@ -139,8 +141,9 @@ def nameplate(
         "Files": [first_of([file.rpartition("/")[2] for file in files], 1)],
         **{e.title(): [getattr(one, e) for one in stated] for e in ("station", "bay", "type")},
         "Serial": [e.serial for e in stated],
+        "Linkage ratio": [e.ratio for e in stated],
     }
-    for name in ("Linkage ratio", "Gas pressure", "Temperature", "Operator"):
+    for name in ("Gas pressure", "Temperature", "Operator"):
         pairs = [pair for e in stated for pair in stated_as(e.pairs, name)[:1]]
         known[name] = [f"{pair.text} {pair.unit}".rstrip() for pair in pairs]
     degrees = [f"{in_digits(e.temperature, 4)} °C" for e in rows if not isnan(e.temperature)]

@@ -19,6 +19,7 @@ from breaker.records.settings import RATES, SAME_RATE, TO_MM, TO_MS
 from breaker.records.words import WORDS, phase_in, unit_of
 
 _MOST = (400, 60, 300)  # lines, cells in a line and signs in a cell that are read: bounds the time
+_TEXTS = ("station", "bay", "type", "serial", "ratio")
 _meant = words.by_words(WORDS["stated"])
 _rates_in = words.by_words(WORDS["rate_words"])
 _LABEL = words.any_of(WORDS["labels"]["stated channel"])
@@ -63,6 +64,7 @@ class Header:
     Attributes:
         rate, rate_doubt: Sampling rate, kHz; NaN where it is not clear, and why.
         dates: Date of the test as ISO 8601; two where the order of day and month is not known.
+        ratio: Ratio of the linkage. No file states whether its samples are multiplied by it.
         operation: Motions, such as ``"C-O"``.
         phases: Names of phases by number of the channel, from 1; by 0 that of all.
         strokes: Strokes that the analyser measured, mm, of any channel and motion.
@@ -78,6 +80,7 @@ class Header:
     bay: str = ""
     type: str = ""
     serial: str = ""
+    ratio: str = ""
     operation: str = ""
     phases: Mapping[int, str] = field(default_factory=dict)
     strokes: tuple[float, ...] = ()
@@ -117,7 +120,7 @@ def header_of(rows: Sequence[Sequence[str]], samples: int = 0) -> Header:
         phases=_phases(pairs),
         strokes=_strokes(pairs),
         speeds=_speeds(stated_as(pairs, "point of speed")),
-        **{key: _first_of(pairs, key) for key in ("station", "bay", "type", "serial")},
+        **{key: _first_of(pairs, key) for key in _TEXTS},
     )
 
 
