@@ -13,7 +13,6 @@ from breaker.common.numerals import in_digits
 from breaker.common.plain_values import to_json
 from breaker.diagnosis.limits import VERDICTS, judged
 from breaker.diagnosis.result import csv_of
-from breaker.diagnosis.session import Diagnosis
 from breaker.diagnosis.tables import RESULTS, document_of
 from breaker.family.networks import StateDraws
 from breaker.model.limits import Limit, from_list
@@ -123,22 +122,6 @@ def test_data_have_every_record_and_no_number_that_json_lacks(result, answers):
     counts = Counter((row["motion"], row["operation"]) for row in rows)
     assert [*counts.values()] == [29, 29, 1, 28]
     assert {row["phase"] for row in rows} == {"L1"}
-
-
-def test_a_moving_mass_gives_forces_and_springs(answers, defaults):
-    """A drive of 6 kg in all, and mu = 2: 4 kg are of the drive."""
-    given = Diagnosis(defaults, types={"A": {"moving_mass": 6.0}}).of_type("A").given
-    theta = np.tile([2.0, 0.04, 0.03, 0.3, 0.1, 0.5, 10.0], (400, 1))
-    theta[:, -2] += np.linspace(-0.1, 0.1, 400)
-    drive = replace(answers[0], draws=replace(answers[0].draws, theta=theta))
-    (record,) = result_of([drive], moving_mass=given.moving_mass)["records"]
-    result = {name: item.get("absolute") for name, item in record["parameters"].items()}
-    assert result["f"] == {"unit": "N", "median": 2000.0, "interval_90": [1640.0, 2360.0]}
-    known = {name: (item["unit"], item["median"]) for name, item in result.items() if item}
-    assert (known["k_a"], known["k_b"]) == (("N/m", 160e3), ("N/m", 120e3))
-    assert (known["gamma_a"], result["mu"], result["L"]) == (("N s/m", 1200.0), None, None)
-    state = document_of(result_of([drive], moving_mass=6.0)).after[-1]
-    assert sum("2000 N (" in row[-1] for row in state.rows) == 1
 
 
 def test_a_document_has_determined_parameters_alone_and_each_remark_once(result, answers):

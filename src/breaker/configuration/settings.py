@@ -353,11 +353,10 @@ def defaults(section: type[Section] = Settings) -> dict[str, Any]:
 
 
 TypeEntry = _section(
-    "Limits, speeds, linkage ratio, reference record and moving mass of a type of breaker.",
+    "Limits, speeds, linkage ratio and reference record of a type of breaker.",
     limits=(dict[str, _list(Amount | Quantity | None, 2, 2)], {}),
     speeds=(Speeds, {}),
     ratio=(_number(float, 1e-6, 1e6) | None, None),
     reference=(Text | None, None),
-    moving_mass=(_number(float, 1e-3, 1e5) | None, None),
 )
 TypesFile = RootModel[dict[Text, TypeEntry]]

@@ -86,13 +86,11 @@ class Given:
         size: Scale factors of the drive relative to the family; None if unknown.
         prior: Prior of one's own, at that size; None for the family's.
         known: Known values, ``{name: [value, sd]}``, of ``KNOWN_VALUES``.
-        moving_mass: Mass of all moving parts, reduced to the contact, kg; None if unknown.
     """
 
     size: Size | None = None
     prior: Prior | None = None
     known: Mapping[str, Sequence[float]] = field(default_factory=dict)
-    moving_mass: float | None = None
 
     @property
     def restricts(self) -> bool:

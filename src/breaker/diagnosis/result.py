@@ -18,7 +18,7 @@ from breaker.diagnosis.identity import doubts_about
 from breaker.diagnosis.limits import Known, interval_of, known_of, simultaneity_of, worst
 from breaker.diagnosis.words import say
 from breaker.family.networks import EFFECTS
-from breaker.model.parameters import PARAMETERS, PER_MASS
+from breaker.model.parameters import PARAMETERS
 from breaker.model.quantities import ABOUT, ANSWERED, CURRENTS, SHARES, quantities_of
 from breaker.records.files import printable
 from breaker.records.measurements import Measured
@@ -154,12 +154,6 @@ def _parameters(estimate: Estimate, given: Given) -> dict[str, Value]:
             value["percentile"] = 100.0 * NormalDist().cdf(sds)
         if estimate.prior_share is not None:
             value["prior_share"] = estimate.prior_share[k]
-        if given.moving_mass and parameter.unit in PER_MASS and value["median"] is not None:
-            unit, factor = PER_MASS[parameter.unit]
-            share = 1.0 / (1.0 + 1.0 / estimate.inferred("mu"))  # of the drive in the moving mass
-            products = factor * given.moving_mass * share * known
-            low, middle, high = np.quantile(products, [0.05, 0.5, 0.95])
-            value["absolute"] = {"unit": unit, "median": middle, "interval_90": [low, high]}
         values[parameter.name] = value
     return values
 

@@ -76,7 +76,6 @@ class Diagnosis:
         entry = entry_of_type(self.types, name)
         config = laid_over({**self.config, "limits": self.limits}, entry)
         about = {"limits": config["limits"], "reference": entry.get("reference") or ""}
-        about["given"] = replace(self.given, moving_mass=entry.get("moving_mass"))
         return replace(self, config=config, type=name, **about)
 
     def of_files(

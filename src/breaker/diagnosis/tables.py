@@ -218,15 +218,15 @@ def state_table(result: Result) -> Table:
 
 def _state_notes(states: Mapping[str, RecordResult], determined: Collection[str]) -> list[str]:
     """Return sentences on additional effects and on the values of parameters."""
-    notes, keys = [], set()
+    notes = []
     for label, state in states.items():
         present = {n: e for n, e in state["effects"].items() if e["probability"] >= _PRESENT}
         pairs = ((name.replace("_", " "), effect) for name, effect in present.items())
         texts = [f"{n} {in_digits(e['median'], 2)} {_unit(e['unit'])}".rstrip() for n, e in pairs]
         said = say("effects", effects=", ".join(texts))
         notes += [f"{label}: {said}" if label else said] if texts else []
-        keys |= {key for value in state["parameters"].values() for key in value}
-    notes += [say(name) for name in ("percentile", "absolute") if name in keys]
+    values = [value for state in states.values() for value in state["parameters"].values()]
+    notes += [say("percentile")] if any("percentile" in value for value in values) else []
     names = (f"{parameter.word} {parameter.name}" for parameter in PARAMETERS)
     others = [name for name in names if name not in determined]
     return notes + ([say("not-identifiable", names=", ".join(others))] if states and others else [])
@@ -237,11 +237,7 @@ def _state_cell(value: Value) -> str:
     if value["median"] is None or value.get("prior_share", 0.0) >= _PRIOR:
         return _NONE
     text = f"{in_digits(value['median'], 3)} ({_range(value['interval_95'], 3)})"
-    text += f", {value['percentile']:.0f} %" if "percentile" in value else ""
-    if "absolute" not in value:
-        return text
-    unit, median, ends = value["absolute"].values()
-    return f"{text}; {in_digits(median, 3)} {unit} ({_range(ends, 3)})"
+    return text + (f", {value['percentile']:.0f} %" if "percentile" in value else "")
 
 
 # ---- remarks and rejected records ----------------------------------------------------------------

@@ -116,10 +116,6 @@ def powers() -> np.ndarray:
     return np.array([_POWERS[parameter.unit] for parameter in PARAMETERS], dtype=float).T
 
 
-PER_MASS = {"mm/ms²": ("N", 1e3), "1/ms²": ("N/m", 1e6), "1/ms": ("N s/m", 1e3)}
-"""Unit of a parameter times the mass of the drive in kg, with its factor, by the former unit."""
-
-
 @dataclass(frozen=True)
 class Size:
     """Scale factors of a drive relative to another: the model is the same at any size.

@@ -237,7 +237,7 @@ class Session:
             config, self.limits, files, **about, of_type=choices.type, opened=opened
         )
         settings = {**new.config, "limits": None, "types": None}
-        about |= {"files": files, "mass": new.given.moving_mass, "reference": new.reference}
+        about |= {"files": files, "reference": new.reference}
         about |= {"settings": settings}
         key = opened, json.dumps(about, default=str)
         source = self._once("source", key, lambda: new)
