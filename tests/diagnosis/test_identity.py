@@ -6,7 +6,13 @@ import numpy as np
 import pytest
 
 from breaker.diagnosis.estimate import DriveRecord
-from breaker.diagnosis.identity import check_phases, days_of, doubts_about, order_doubts
+from breaker.diagnosis.identity import (
+    check_phases,
+    days_of,
+    doubts_about,
+    order_doubts,
+    stated_differences,
+)
 from breaker.diagnosis.reading import without_copies
 from breaker.records.header import Header
 from breaker.records.operations import Operation
@@ -44,6 +50,17 @@ def test_breakers_that_files_state():
     assert len(doubts_about([record(1, bay="E01"), record(2, bay="e02")])) == 1
     assert doubts_about([record(1, bay="E 01"), record(2, bay="e  01")]) == []
     assert doubts_about([record(1, type="GL314"), record(2, type="gl-314")]) == []
+
+
+def test_what_files_of_two_inspections_state_otherwise():
+    before = [record(1, serial="A", bay="E 01", ratio="1.64")]
+    for stated, expected in (
+        ({"serial": "B", "bay": "e01"}, ["serial number"]),
+        ({"ratio": "1.0"}, ["linkage ratio"]),
+        ({}, []),
+    ):
+        differences = stated_differences({"before": before, "today": [record(2, **stated)]})
+        assert [difference.values["what"] for difference in differences] == expected
 
 
 def test_an_earlier_inspection_that_is_later_and_no_day_is_left_out():
