@@ -16,9 +16,9 @@ def add(compare: argparse.ArgumentParser) -> None:
     explanations, and changes of parameters with intervals and the probability of no change. The
     exit status is 1 if nothing was compared.
     """
-    compare.add_argument("before", metavar="BEFORE", help="records of the earlier one", nargs="+")
+    compare.add_argument("before", metavar="BEFORE", help="earlier records", nargs="+")
     today = inputs.SEVERAL | {"required": True}
-    compare.add_argument("--today", metavar="TODAY", help="records of the later one", **today)
+    compare.add_argument("--today", metavar="TODAY", help="later records", **today)
     inputs.add_choice(compare)
     same = "state that both inspections have the same transducer and ratio"
     compare.add_argument("--same-transducer", action="store_true", help=same)

@@ -16,16 +16,13 @@ def add(report: argparse.ArgumentParser) -> None:
     report.add_argument("files", metavar="FILE", help="records, or their folder", nargs="+")
     what = "write the report to this page, which a browser prints or saves as PDF"
     report.add_argument("--output", metavar="HTML", help=what, required=True)
-    report.add_argument(
-        "--before", metavar="FILE", help="records of the earlier one", **inputs.SEVERAL
-    )
+    report.add_argument("--before", metavar="FILE", help="earlier records", **inputs.SEVERAL)
     same = "state that both inspections have the same transducer and ratio"
     report.add_argument("--same-transducer", action="store_true", help=same)
     what = "columns of travel (default: all columns that move)"
     report.add_argument("--channel", help=what, metavar="NAME", **inputs.SEVERAL)
     inputs.add_type(report)
-    what = "good record, over which the others are drawn"
-    report.add_argument("--reference", metavar="GOOD", help=what)
+    report.add_argument("--reference", metavar="GOOD", help="good record, drawn below the others")
 
 
 def run(options: argparse.Namespace) -> int:
