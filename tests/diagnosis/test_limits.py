@@ -80,12 +80,6 @@ def test_draws_and_a_measurement_are_judged_together():
     assert row["p_exceeded"] == pytest.approx(0.5 * norm.cdf(-0.5), abs=0.012)  # four errors
 
 
-def test_all_parts_of_a_limit_must_be_exceeded_on_any_number_of_axes():
-    limit = Limit("both", "closing", (("stroke", 1.0, True), ("travel_time", 2.0, False)))
-    values = np.array([[[2.0, 1.0], [2.0, 3.0], [0.5, 1.0]], [[np.nan, 1.0], [1.0, 1.0], [2, 2]]])
-    assert limit.exceeded(values).tolist() == [[True, False, False], [True, False, False]]
-
-
 def test_poles_in_one_record_share_its_clock():
     result = simultaneity_of(POLES, {"closing": 5.0})
     assert (result["base"], result["first"], result["last"]) == ("record", "R", "S")

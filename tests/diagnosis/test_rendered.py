@@ -15,9 +15,8 @@ from breaker.diagnosis.limits import VERDICTS, judged
 from breaker.diagnosis.result import csv_of
 from breaker.diagnosis.tables import RESULTS, document_of
 from breaker.family.networks import StateDraws
-from breaker.model.limits import Limit, from_list
-from breaker.model.parameters import MOTIONS, NAMES
-from breaker.model.quantities import QUANTITIES
+from breaker.model.limits import Limit
+from breaker.model.parameters import NAMES
 from breaker.records.measurements import Measured
 from tests.diagnosis.conftest import result_of
 
@@ -73,30 +72,6 @@ def test_no_limit_is_judged_on_a_motion_of_no_drive(answers):
         assert [warning.code for warning in result["warnings"]] == [code] * bool(code)
         summary = document_of(result).summary
         assert len([text for text in summary if f"[{code}]" in text]) == bool(code)
-
-
-def test_every_limit_has_a_verdict_whatever_is_known_of_its_quantity(answers, timed, infer):
-    """Every quantity that a limit can be about, of each source, with and without a trigger."""
-    entries = [
-        {"name": f"{name} {of} {motion} {side}", "motion": motion, "of": of, side: {name: 3.0}}
-        for motion in MOTIONS
-        for of in ("model", "record")
-        for name, quantity in QUANTITIES.items()
-        if motion in quantity.motions and of in quantity.of
-        for side in ("upper", "lower")
-    ]
-    limits = from_list(entries, MOTIONS, answers[0].speeds)
-    (touched,) = infer(some=[timed(20.09)])
-    reaction = {"reaction_time": Measured(9.0, 0.1, "")}
-    latched = replace(touched, measured=touched.measured | reaction)
-    out = replace(answers[0], misfit=True, draws=None)
-    for answer in (*answers, latched, out, replace(answers[3], unresolved="few", draws=None)):
-        rows = judged(answer, limits, seed=1)
-        text_of(document_of(result_of([answer], [rows])))
-        assert all((row["verdict"] == "inconclusive") == bool(row["reason"]) for row in rows)
-    verdicts = {row["name"]: row["verdict"] for row in judged(latched, limits, seed=1)}
-    assert verdicts["reaction_time record closing upper"] == "fail"
-    assert verdicts["touch_time record closing lower"] == "pass"
 
 
 @pytest.fixture

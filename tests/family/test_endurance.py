@@ -9,7 +9,6 @@ from breaker.family.endurance_truth import failure_times, truth_of
 from breaker.model.curves import travel
 from breaker.model.limits import Limit, from_list
 from breaker.model.parameters import MOTIONS, NAMES
-from breaker.paper.inference import main_motion
 from studies.measuring import own_quantities
 
 TIMES = np.linspace(-2.0, 58.0, 151)
@@ -79,13 +78,3 @@ def test_truth_of_what_records_show(life, truth):
         assert (wipe.sel(motion=motion) > 0.5).all()
     never = Limit("latch", "closing", (("reaction_time", 1.0, True),), of="record")
     assert np.isnan(failure_times(truth, [never])["latch"])
-
-
-@pytest.mark.parametrize(("motion", "share"), [("closing", 0.75), ("opening", 0.85)])
-def test_the_main_motion_ends_at_its_share_of_the_way(motion, share):
-    times = np.linspace(-2.0, 18.0, 201)
-    way = np.clip(times / 10.0, 0.0, 1.0)
-    curve = 12.0 * way if motion == "closing" else 12.0 * (1.0 - way)
-    main = times[main_motion(curve, times, motion)]
-    assert main[0] == pytest.approx(0.0)
-    assert main[-1] == pytest.approx(10.0 * share, abs=0.11)

@@ -5,7 +5,7 @@ import pytest
 from scipy.stats import chi2
 
 from breaker.common.randomness import generator
-from breaker.family.exports import LAYOUTS, through_files
+from breaker.family.exports import through_files
 from breaker.model.curves import travel
 from breaker.model.parameters import MOTIONS, NAMES
 from studies import layouts
@@ -53,13 +53,3 @@ def test_a_wrong_truth_would_be_noticed(through, sensor, fault):
         exact = travel(truth[:, :-1], sensor.times, motion, onset=truth[:, -1]).travel
         measured = exact + 0.5 * (measured - exact)
     assert tail(sensor, motion, measured, truth).min() < FALSE_ALARM / (2 * CURVES)
-
-
-# Rates of which the grid's 2.5 kHz is a whole fraction. At others samples are moved, which takes a
-# part of their noise; slower ones leave times of the grid without a sample.
-@pytest.mark.parametrize("rate", [5.0, 100.0])
-def test_other_rates(prior, sensor, rate):
-    rng, wide = generator(8, "test rates", int(10 * rate)), LAYOUTS["wide"]
-    other = {"other": wide._replace(rate=rate, settings={**wide.settings, "rate": rate})}
-    measured, truth, _ = through_files(prior, sensor, "opening", 20, rng, other)
-    assert tail(sensor, "opening", measured, truth).min() > FALSE_ALARM / (2 * 20)
