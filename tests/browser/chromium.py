@@ -106,25 +106,6 @@ class Browser:
         """What a script hands to the function that is its last argument."""
         return self._ask("/execute/async", {"script": script, "args": list(arguments)})
 
-    def press(self, text: str) -> None:
-        """Press keys, wherever the focus is."""
-        pressed = [{"type": kind, "value": key} for key in text for kind in ("keyDown", "keyUp")]
-        keys = {"type": "key", "id": "keys", "actions": pressed}
-        self._ask("/actions", {"actions": [keys]})
-
-    def reach(self, selector: str, most: int = 400) -> None:
-        """Go to an element by Tab alone."""
-        there = "return document.activeElement?.matches(arguments[0]) ?? false"
-        for _ in range(most):
-            if self.run(there, selector):
-                return
-            self.press(TAB)
-        raise AssertionError(f"{selector} is not reached by {most} times Tab")
-
-    def text(self, selector: str = "body") -> str:
-        """What stands in an element; nothing where it is not there."""
-        return self.run("return document.querySelector(arguments[0])?.innerText ?? ''", selector)
-
     def picture(self, file: Path, whole: bool = False) -> None:
         """Take a picture of what is shown of the page, or of the whole page."""
         time.sleep(0.5)  # until curves are painted

@@ -149,7 +149,7 @@ def test_planted_values_are_measured_and_shown_where_they_are(ask):
     )
 
 
-def test_the_inspection_before_and_a_reference_lie_over_it_at_half_of_the_travel(ask, folder):
+def test_the_inspection_before_and_a_reference_lie_over_it(ask, folder):
     good = str(folder / "curves" / "today.csv")
     ask.types.write_text(yaml.safe_dump({"LTB 420": {"reference": good}}))
     result = curves(ask, "file=one.csv&before=old.csv&tab=0")

@@ -170,14 +170,11 @@ def _other_channels(record: DriveRecord, sheet: Sheet, zero: float) -> Iterator[
 
 
 def _overlay(record: DriveRecord, other: Overlay, look: str, zero: float) -> Curve:
-    """Return another record, aligned at half of the travel."""
-    way, good = np.nan_to_num(other.way), np.nan_to_num(other.good)
-    half = 0.5 * record.shape.stroke
-    shift = other.time[int((way > half).argmax())] - other.time[int((good > half).argmax())]
+    """Return another record where the record's own would be, both from their first motion on."""
     sign = 1.0 if record.motion == "closing" else -1.0
     travel = record.raw.segment.before + sign * other.good
     name = f"{look}: {printable(other.reference.operation.file).rpartition('/')[2]}"
-    time = other.time + record.raw.moves + shift - zero
+    time = other.time + record.raw.moves - zero
     return Curve("travel", record.operation.phase, name, time, travel, look)
 
 
