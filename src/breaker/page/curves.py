@@ -115,14 +115,8 @@ def drawn(tab: Tab, diagnosis: Diagnosis, files: Files) -> dict:
                 curves.append(_overlay(record, overlay, look, zero))
     phases = [record.operation.phase for record in tab.records]
     colours = colours_of(phases, diagnosis.config["report"]["colours"])
-    window, panels = (min(begins), max(ends)), []
-    for panel, (height, label) in _PANELS.items():
-        some = [curve for curve in curves if curve.panel == panel]
-        if some:
-            lines = [_line(curve, window, colours) for curve in some]
-            panels.append(_panel(panel, height, label or some[0].name, lines))
     notes = [*dict.fromkeys(not_overlaid(tab.read, diagnosis.before))]
-    return {"window": window, "axis": axis, "panels": panels, "notes": notes}
+    return _panels(curves, (min(begins), max(ends)), colours, axis) | {"notes": notes}
 
 
 def drawn_file(sheet: Sheet) -> dict:
@@ -130,15 +124,26 @@ def drawn_file(sheet: Sheet) -> dict:
     a panel for each unit.
     """
     names = [printable(str(sheet.column(i))) for i in range(len(sheet.columns))]
-    samples = np.arange(sheet.columns[0].size, dtype=float)
-    colours, window = colours_of(names, {}), (0.0, float(samples.size))
-    panels: dict[str, list[dict]] = {}
+    samples, curves = np.arange(sheet.columns[0].size, dtype=float), []
     for name, unit, values in zip(names, sheet.units, sheet.columns, strict=True):
         if np.isfinite(values).any() and np.nanmin(values) < np.nanmax(values):
-            line = _line(Curve("", name, name, samples, values), window, colours)
-            panels.setdefault(printable(unit or "reading"), []).append(line)
-    drawn_panels = [_panel("", _OF_FILE, unit, lines) for unit, lines in panels.items()]
-    return {"window": window, "axis": "sample", "panels": drawn_panels, "notes": []}
+            curves.append(Curve(printable(unit or "reading"), name, name, samples, values))
+    window = 0.0, float(samples.size)
+    return _panels(curves, window, colours_of(names, {}), "sample") | {"notes": []}
+
+
+def _panels(
+    curves: Sequence[Curve], window: tuple[float, float], colours: Mapping[str, str], axis: str
+) -> dict:
+    """Return panels with curves, the times that are shown first, and their name."""
+    panels = []
+    for name in dict.fromkeys([*_PANELS, *(curve.panel for curve in curves)]):
+        lines = [_line(curve, window, colours) for curve in curves if curve.panel == name]
+        if lines:
+            height, label = _PANELS.get(name, (_OF_FILE, name))
+            about = {"name": name, "height": height, "label": label or lines[0]["name"]}
+            panels.append(about | {"curves": lines})
+    return {"window": window, "axis": axis, "panels": panels}
 
 
 def _own_curves(record: DriveRecord, zero: float) -> Iterator[Curve]:
@@ -176,10 +181,6 @@ def _overlay(record: DriveRecord, other: Overlay, look: str, zero: float) -> Cur
     name = f"{look}: {printable(other.reference.operation.file).rpartition('/')[2]}"
     time = other.time + record.raw.moves - zero
     return Curve("travel", record.operation.phase, name, time, travel, look)
-
-
-def _panel(name: str, height: int, label: str, lines: Sequence[dict]) -> dict:
-    return {"name": name, "height": height, "label": label, "curves": lines}
 
 
 def _line(curve: Curve, window: tuple[float, float], colours: Mapping[str, str]) -> dict:
