@@ -79,7 +79,7 @@ def test_breakers_of_a_table(fitted):
     left_out = {"estimates": {"Q0": outside, "Q1": second}, "names": ["Q1"]}
     assert codes(fitted, **left_out) == {"type-one-breaker", "type-left-out"}
     some = {"Q0": [*outside[1:], first[0]], "Q1": second}
-    assert codes(fitted, estimates=some) == {"type-outside"}
+    assert codes(fitted, estimates=some) == {"type-left-out"}
     levels = SimpleNamespace(usual=fitted.levels.usual, settings={"family": "any"})
     assert codes(fitted, levels=levels) == {"type-damped"}
 

@@ -237,10 +237,9 @@ def warnings_of(fitted: TypePrior) -> list[Sentence]:
     """Return warnings about breakers, and about what the prior lacks."""
     said = [say("type-one-breaker")] if len(fitted.names) == 1 else []
     for name, estimates in fitted.estimates.items():
-        if name not in fitted.names:
-            said.append(say("type-left-out", breaker=name, reason=estimates[0].why_not_inferred))
-        elif outside := sum(e.misfit for e in estimates):
-            said.append(say("type-outside", breaker=name, count=outside, records=len(estimates)))
+        if reasons := [e.why_not_inferred for e in estimates if not e.draws]:
+            about = {"count": len(reasons), "records": len(estimates), "reason": reasons[0]}
+            said.append(say("type-left-out", breaker=name, **about))
     if wide := [NAMES[k] for k in np.flatnonzero(fitted.prior.log_sds == WIDEST)]:
         said.append(say("type-wide", parameters=", ".join(wide), widest=WIDEST))
     family = fitted.levels.settings["family"]
