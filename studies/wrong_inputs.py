@@ -7,6 +7,7 @@ right twin are made from the same draws, and the commands run as a user runs the
 silent if it gets an answer without such words. A twin with such words is warned of without cause.
 """
 
+import html
 import json
 import re
 import shutil
@@ -259,7 +260,7 @@ def same_phases(case: Case, wrong: bool) -> Commands:
     travels = {f"Travel {p} [mm]": r.travel for p, r in zip("ABC", records, strict=True)}
     travels = dict.fromkeys(travels, records[0].travel) if wrong else travels
     file = case.write_columns("a.csv", {"Time [ms]": records[0].time, **travels})
-    return infer(file)
+    return [["report", file, "--output", case.folder / "r.html"]]
 
 
 def two_serials(case: Case, wrong: bool) -> Commands:
@@ -333,7 +334,10 @@ def words_of(command: Sequence[object], text: str, err: str) -> str:
     if command[0] == "inspect":
         marked = re.findall(r"To look at:\n(?:.+\n)+|.*(?:REJECTED|FILL IN|<$).*", text, re.M)
         return "\n".join([err, *marked])
-    return err + text
+    if command[0] == "report" and Path(command[-1]).exists():
+        page = Path(command[-1]).read_text(encoding="utf-8")
+        text += re.sub(r"<(style|script|svg)\b.*?</\1>|<[^>]*>", " ", page, flags=re.S)
+    return err + html.unescape(text)
 
 
 def warnings_of(value: object, inside: bool = False) -> list[str]:
