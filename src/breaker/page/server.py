@@ -140,7 +140,7 @@ class _Handler(tornado.web.RequestHandler):
             self.set_status(getattr(error, "status", 422))
         elif error is not None:
             text = f"an error of breaker itself, {type(error).__name__}: {error}; please report it"
-        self.finish(views.error_page(text, allowed=self.get_status() != 403))
+        self.finish(views.error_page(text))
 
     def log_exception(self, kind: Any, error: BaseException | None, trace: Any) -> None:
         """Print what is an error of this program; all else is said on the page."""

@@ -73,9 +73,9 @@ def _page(name: str, **about: object) -> str:
     return _templates().get_template(name).render(**about)
 
 
-def error_page(text: str, *, allowed: bool = True) -> str:
+def error_page(text: str) -> str:
     """Return a page that says what is wrong."""
-    return _page("error.html", text=visible_text(text), allowed=allowed)
+    return _page("error.html", text=visible_text(text))
 
 
 def _list(asked: Asked) -> Answer:
