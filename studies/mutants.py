@@ -38,8 +38,7 @@ AREAS = {
                  "prognosis/test_forecast prognosis/test_states prognosis/test_service "
                  "prognosis/test_tables"),
     "limits": ("model/limits diagnosis/limits",
-               "model/test_limits diagnosis/test_limits diagnosis/test_sliding "
-               "diagnosis/test_inferred"),
+               "model/test_limits diagnosis/test_limits diagnosis/test_inferred"),
 }  # fmt: skip
 """Modules of an area, whose docstrings have examples, and its test files."""
 LIMIT = 120.0  # s; tests of an area take 20 s on an idle machine, and a fault may hang them
