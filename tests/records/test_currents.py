@@ -7,7 +7,6 @@ from breaker.model.quantities import CURRENTS
 from breaker.records.contacts import ContactTimes
 from breaker.records.currents import Currents
 from breaker.records.rejections import NotShownError
-from breaker.records.words import amperes_of
 
 STEP = 0.1  # ms
 TIME = np.arange(0.0, 120.0, STEP)
@@ -84,12 +83,3 @@ def test_a_motor_runs(alternates):
     cut = Currents(time[:3000], {"motor": (level * wave)[:3000]}, {"motor": 1.0}, moves=50.0)
     with pytest.raises(NotShownError):
         cut.charging_time()
-
-
-def test_units_of_currents():
-    stated = {"Coil Current C1 (A)": 1.0, "I coil [A]": 1.0, "Auslösestrom/mA": 1e-3}
-    phases = ["Coil (A)", "Trip A", "Coil", "Coil [V]"]
-    assert {name: amperes_of(name) for name in stated} == stated
-    assert np.isnan([amperes_of(name) for name in phases]).all()
-    assert amperes_of("Coil", "A") == 1.0
-    assert np.isnan(amperes_of("Coil [A]", "V"))  # a row of units counts

@@ -25,8 +25,10 @@ def named(k, values):
 
 def below(sign, factor=1):
     def line(k, values):
-        interval = f"{factor * (k + 1) / 10:g}"
-        return sign.join([f"{k + 5}", f"2024-11-{20 + k} 15:11:07", interval, values])
+        return (
+            f"{k + 5}|2024-11-{20 + k} 15:11:07|{factor * (k + 1) / 10:g}|".replace("|", sign)
+            + values
+        )
 
     return line
 
@@ -40,7 +42,7 @@ def written(file, line, sign=",", head=()):
 
 FORMS = {
     "named": (named, ","),
-    "between blanks": (lambda k, values: named(k, " " + values), " "),
+    "between blanks": (named, " "),
     "between semicolons": (named, ";"),
     "names above": (below(","), ",", ("No", "Date", "Interval (ms)", "Values")),
     "names above, tabs": (below("\t", 1000), "\t", ("ID", "Time", "dt (us)", "A")),
@@ -53,9 +55,8 @@ FORMS = {
 def test_each_line_is_an_operation(tmp_path, name):
     file = written(tmp_path / "bench.txt", *FORMS[name])
     operations = each_line([Operation(1, file)])
-    assert [(operation.number, operation.date) for operation in operations] == [
-        (5 + k, f"2024-11-{20 + k}T15:11:07") for k in range(4)
-    ]
+    dates = [(item.number, item.date) for item in operations]
+    assert dates == [(5 + k, f"2024-11-{20 + k}T15:11:07") for k in range(4)]
     sheet = look_into(file)
     settings = {**COUNTS, **sheet.settings, "travel_column": sheet.names[-1]}
     for k, (operation, values) in enumerate(zip(operations, VALUES, strict=True)):
@@ -94,16 +95,13 @@ def test_values_that_nothing_names_and_other_lines_are_refused(tmp_path):
             read_columns(file, settings, "", line)
 
 
-def test_a_wide_table_with_a_sample_on_each_line_is_none(tmp_path):
-    file = tmp_path / "wide.csv"
-    head = ",".join(["time", "date", *(f"travel {k}" for k in range(80))])
-    rows = [",".join([f"{t / 10}", "2024-11-20", *["1.5"] * 80]) for t in range(40)]
-    file.write_text("\n".join([head, *rows]), encoding="utf-8")
-    assert records_in(file) == []
-
-
-def test_thousands_of_records_are_listed(tmp_path):
+def test_thousands_of_records_are_listed_and_none_of_a_wide_table(tmp_path):
+    """Of a table with a sample on each line."""
     file = tmp_path / "bench.txt"
     values = ",".join(f"{value:.0f}" for value in VALUES[0])
     file.write_text("\n".join(named(k % 9, values) for k in range(2000)), encoding="utf-8")
     assert len(records_in(file)) == 2000
+    head = ",".join(["time", "date", *(f"travel {k}" for k in range(80))])
+    rows = [",".join([f"{t / 10}", "2024-11-20", *["1.5"] * 80]) for t in range(40)]
+    file.write_text("\n".join([head, *rows]), encoding="utf-8")
+    assert records_in(file) == []

@@ -15,11 +15,10 @@ LOOK = """
 import re, sys
 from pathlib import Path
 from breaker.records.settings import FORMAT
-from breaker.records.formats.registry import read_columns
-from breaker.records.proposal import inspect_file
-numbers = FORMAT | {"time_column": None, "rate": 10, "travel_column": 1}
+from breaker.records.formats.registry import look_into, read_columns
 try:
-    read_columns(sys.argv[1], numbers) if sys.argv[2:] else inspect_file(sys.argv[1], {})
+    look_into(sys.argv[1])
+    read_columns(sys.argv[1], FORMAT | {"time_column": None, "rate": 10, "travel_column": 1})
 except ValueError as error:
     print(str(error)[:400])
 # Not ru_maxrss, which begins with that of the process that started this one.
@@ -27,30 +26,23 @@ print(int(re.search(r"VmHWM:\\s+(\\d+) kB", Path("/proc/self/status").read_text(
 """
 
 
-def numbers(count, last=""):
-    """Lines of numbers, with something behind the seventh."""
-    lines = [f"{i / 1e4:.4f},{i % 7}" for i in range(count)]
-    lines[6] += last
-    return "\n".join(lines)
-
-
 @pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="tells no peak of memory")
 @pytest.mark.parametrize(
-    ("text", "way"),
+    "text",
     [
-        (numbers(1000, "," * 5_000_000), []),
-        ((",".join(["1.5"] * 1_000_000) + "\n") * 8, []),
-        ((",".join(["1"] * 30) + "\n") * 300_000, []),
-        ("1\r" * 20_000_000, ["read"]),
-        ("1\n" * 1_300_000, ["read"]),
+        (",".join(["1.5"] * 1_000_000) + "\n") * 8,
+        (",".join(["1"] * 30) + "\n") * 300_000,
+        "1\r" * 20_000_000,
+        "1\n" * 1_300_000,
     ],
-    ids=["commas", "million", "cells", "returns", "samples"],
+    ids=["columns", "cells", "returns", "samples"],
 )
-def test_what_no_recorder_writes_is_refused_in_little_memory(tmp_path, text, way):
+def test_what_no_recorder_writes_is_refused_in_little_memory(tmp_path, text):
     file = tmp_path / "hostile.csv"
     file.write_text(text, encoding="utf-8", newline="")
-    command = [sys.executable, "-c", LOOK, file, *way]
-    refused, peak = subprocess.check_output(command, text=True).splitlines()
+    refused, peak = subprocess.check_output([sys.executable, "-c", LOOK, file], text=True).split(
+        "\n"
+    )[:2]
     assert refused.startswith(str(file))
     assert int(peak) < MOST
 

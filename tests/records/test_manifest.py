@@ -25,15 +25,19 @@ def test_a_table_states_all_of_an_operation(tmp_path):
         "\n"
         "8,run/öp 2.xlsx,closing,,Q0,L1,,,,,,\n",
     )
-    named = {"channel": "travel A", "breaker": "Q0", "phase": "L1"}
-    about = {
-        "date": "2024-11-20T15:13:07",
-        "temperature": 21.5,
-        "event": "greased, set",
-        "transducer": "T 1",
-    }
-    file = tmp_path / "run/op 1.csv"
-    expected = Operation(7, file, begin=0.0, end=99.5, **named, **about)
+    expected = Operation(
+        7,
+        tmp_path / "run/op 1.csv",
+        begin=0.0,
+        end=99.5,
+        channel="travel A",
+        breaker="Q0",
+        phase="L1",
+        date="2024-11-20T15:13:07",
+        temperature=21.5,
+        event="greased, set",
+        transducer="T 1",
+    )
     # As tuples: from Python 3.13 on, dataclasses that hold nan are unequal.
     assert (first[0], astuple(first[1])) == ("closing", astuple(expected))
     motion, operation = second
@@ -56,10 +60,9 @@ def test_a_row_states_settings_of_its_record(tmp_path):
     assert settings[1:] == [{"rate": 20, "zero": -3, "contact_column": 14, "time_column": 1}, {}]
 
 
-SHEET = "file;motion;operation;temperature"
 SHEETS = {
-    "empty columns behind": f"{SHEET};;\na.csv;closing;1;21,5;;\n;;;;;\n;;;;;\n",
-    "tabs": f"{SHEET}\na.csv;closing;1;21,5\n".replace(";", "\t"),
+    "empty columns behind": "file;motion;operation;temperature;;\na.csv;closing;1;21,5;;\n;;;;;\n",
+    "tabs": "file\tmotion\toperation\ttemperature\na.csv\tclosing\t1\t21,5\n",
     "quoted cells": '"File";"Motion";"Operation";"Temperature"\n"a.csv";"Closing";"1";"21,5"',
     "commas with a quoted decimal": f'{HEAD},temperature\na.csv,closing,1,"21,5"\n',
     "an empty column between": "file;;motion;operation;temperature\na.csv;;closing;1;21,5\n",
@@ -72,8 +75,12 @@ def test_tables_of_spreadsheets_are_read(tmp_path, text):
     assert (motion, item.number, item.temperature) == ("closing", 1, 21.5)
 
 
+def rows(*cells, more=""):
+    return "\n".join([HEAD + more, *cells])
+
+
 def dated(*cells):
-    return "\n".join([HEAD + ",date", *(f"a.csv,closing,{n},{c}" for n, c in enumerate(cells))])
+    return rows(*(f"a.csv,closing,{n},{c}" for n, c in enumerate(cells)), more=",date")
 
 
 def test_other_dates_of_the_column_decide_on_day_and_month(tmp_path):
@@ -95,14 +102,9 @@ def test_days_that_fall_while_numbers_rise_are_refused(tmp_path):
         read(tmp_path, dated(*night[::-1]))
 
 
-def rows(*cells, more=""):
-    return "\n".join([HEAD + more, *cells])
-
-
 WRONG = [
     ("", "line 1"),
     (HEAD, "line 1: "),
-    ("a.csv,closing,1", "line 1"),
     ("file,motion", "line 1: .*operation"),
     ('"file,motion', "line 1: .*quotation marks"),
     ("file,operation,counter", "line 1: .*'counter'"),
@@ -118,21 +120,14 @@ WRONG = [
 CELLS = {
     "file": ["", "../a.csv", "b/../../a.csv", "/etc/passwd", "C:/a.csv", "closing\\a.csv"],
     "motion": ["", "close"],
-    "operation": ["", "1_000", "٣", "-1", "1.0", "9" * 23, "9" * 300, "20241120"],
-    "date": ["2024-02-30"],
+    "operation": ["", "1_000", "٣", "-1", "1.0", "9" * 300, "20241120"],
     "event": ["a\x1b[2J", "x" * 201],
     "temperature": ["293.15", "1e999", "nan", "2_0"],
-    "from": ["1e246"],
-    "rate": ["10000", "fill in"],
     "ratio": ["0", "1:2", "1,000"],
-    "sign": ["down"],
-    "zero": ["open"],
-    "travel_unit": ["ft"],
-    "line": ["0"],
-    "contact_column": ["0"],
-    "time_column": ["9" * 30],
-    "breaker": ["FILL IN"],
 }
+CELLS |= {"date": ["2024-02-30"], "from": ["1e246"], "rate": ["10000", "fill in"], "zero": ["open"]}
+CELLS |= {"sign": ["down"], "travel_unit": ["ft"], "line": ["0"], "contact_column": ["0"]}
+CELLS |= {"time_column": ["9" * 30], "breaker": ["FILL IN"]}
 for column, cells in CELLS.items():
     for cell in cells:
         row = {"file": "a.csv", "motion": "closing", "operation": "1", column: f'"{cell}"'}

@@ -7,7 +7,6 @@ from breaker.model.parameters import MOTIONS
 from breaker.model.quantities import RESISTANCES
 from breaker.records.currents import Currents
 from breaker.records.rejections import NotShownError
-from breaker.records.words import microohms_of
 from tests.records.contact_signals import Case, random_case
 
 NAME = "DCRM Res CH1"
@@ -67,12 +66,3 @@ def test_what_a_resistance_does_not_show_is_withheld(motion):
         with pytest.raises(NotShownError):
             getattr(read, name)()
     assert currents(case, beyond, flows).static_resistance()[0] == pytest.approx(50.0)
-
-
-def test_units_of_resistances():
-    stated = {"Res [uOhm]": 1.0, "DCRM Res CH1 in uOhm": 1.0, "Res (mΩ)": 1e3, "R/Ohm": 1e6}
-    stated |= {"Res 1 µΩ": 1.0, "Res 1 μΩ": 1.0}
-    assert {name: microohms_of(name) for name in stated} == stated
-    assert microohms_of("Res", "mOhm") == 1e3
-    others = ["Res", "Res CH1", "Res [V]", "Contact 1", "Res [kOhm]", ""]
-    assert np.isnan([microohms_of(name) for name in others]).all()
