@@ -109,3 +109,8 @@ def test_ranges_of_a_type():
     ):
         with pytest.raises(ValueError, match=next(iter(wrong))):
             entries_of_type(wrong)
+
+
+def test_a_limit_on_a_change_is_in_percent():
+    limit = Limit("tired", "", (("f", -8.0, False),), of="change")
+    assert (limit.units, limit.words) == (("%",), "change of f below -8 %")
