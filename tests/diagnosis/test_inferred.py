@@ -12,10 +12,9 @@ from breaker.diagnosis.reading import _record, read_operations
 from breaker.family.membership import Match
 from breaker.family.networks import StateDraws
 from breaker.model.equations import spring_compression
-from breaker.model.parameters import NAMES, Size, powers
+from breaker.model.parameters import MOTIONS, NAMES, Size, powers
 from breaker.model.prior import Prior
 from breaker.records.header import Header
-from breaker.records.measurements import Measured
 from breaker.records.operations import Operation
 from breaker.records.reader import Reader
 from tests.cli.conftest import written
@@ -63,11 +62,9 @@ def test_a_recorded_contact_never_costs_the_estimate(infer, timed, records, shif
     (without,) = infer(some=records[:1])
     assert not wrong.unresolved
     assert np.array_equal(wrong.draws.theta, without.draws.theta)
-    remark = wrong.remarks[codes(wrong).index("contact-disagrees")]
-    assert remark.values["sds"] == wrong.surprise
+    assert "contact-disagrees" in codes(wrong)
     assert np.sign(wrong.surprise) == np.sign(shift)
     measured = TOUCH + shift - wrong.record.raw.moves
-    assert float(remark.values["time"]) == pytest.approx(measured, rel=1e-3)
     assert wrong.measured["touch_time"].value == pytest.approx(measured, abs=0.1)
 
 
@@ -98,29 +95,20 @@ def test_the_spring_compression_is_the_stroke_at_rest_less_the_gap(tmp_path, pri
     assert abs(record.shape.stroke - compression - gap) > 0.2
     (known,) = infer(Given(known={"spring_compression": [compression, 0.05]}), [record])
     assert np.median(known.inferred("L")) == pytest.approx(gap, abs=0.1)
-    short = replace(known, stroke=None, measured={"stroke": Measured(np.nan, np.nan, "early")})
-    assert short.why_not("spring_compression") == "early"
 
 
-def test_each_time_of_a_contact_has_one_zero_whether_it_was_recorded_or_not(infer, timed, answers):
-    """From the first motion by a recorded touch and by an inferred one, which are a release apart
-    from the time that networks infer.
-    """
+def test_a_recorded_touch_and_an_inferred_one_count_from_the_first_motion(infer, timed, answers):
     (seen,) = infer(some=[timed(TOUCH)])
-    said = result_of([seen, answers[0]])["records"]
-    recorded, inferred = (item["quantities"]["touch_time"] for item in said)
-    assert abs(said[0]["fit"]["contact_deviation"]) < inference.SURPRISING
+    entries = result_of([seen, answers[0]])["records"]
+    recorded, inferred = (item["quantities"]["touch_time"] for item in entries)
+    assert abs(entries[0]["fit"]["contact_deviation"]) < inference.SURPRISING
     assert (recorded["source"], inferred["source"]) == ("measured", "mixed")
     halves = [np.ptp(item["interval_95"]) / 2.0 for item in (recorded, inferred)]
     assert abs(recorded["median"] - inferred["median"]) < sum(halves)
-    for item, entry in zip((seen, answers[0]), said, strict=True):
-        moves = item.record.tenth - item.record.raw.moves
+    for entry in entries:
         names = ("touch_from10", "release_from10", "touch_after_release")
         touch, release, after = (entry["quantities"][name]["median"] for name in names)
         assert after == pytest.approx(touch - release, abs=0.2)
-        np.testing.assert_allclose(
-            item.inferred("touch_time"), moves + item.draws.switching["closing"]
-        )
 
 
 # ---- weights, where the posterior is known ------------------------------------------------------
@@ -163,19 +151,13 @@ def test_draws_that_know_nothing_become_the_prior_of_ones_own(levels):
 
 
 def test_nothing_is_inferred_out_of_the_family(infer, levels):
-    result = infer(families=[replace(levels, members={m: Never() for m in ("closing", "opening")})])
-    out = result[0]
+    parts = {"start": 1.0, "main motion": 9.0, "end": 1.0}
+    never = SimpleNamespace(match=lambda seen, basis: Match(0.0, parts, seen.way[0]))
+    out, *_ = infer(families=[replace(levels, members=dict.fromkeys(MOTIONS, never))])
     assert out.misfit
     assert out.draws is None
     assert np.isfinite(out.measured["stroke"].value)
     assert np.isnan(out.measured["closing_speed"].value)
-
-
-class Never:
-    """Members of a family that no record is of."""
-
-    def match(self, seen, basis):
-        return Match(0.0, {"start": 1.0, "main motion": 9.0, "end": 1.0}, seen.way[0])
 
 
 def test_motions_that_contradict_each_other_are_inferred_apart(tmp_path, prior, infer):

@@ -1,32 +1,33 @@
-"""Limits, and a result as data, CSV and a document."""
+"""Limits, and a result as data, CSV, a document and a figure."""
 
 import csv
 import json
-from collections import Counter
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from breaker.common.document import text_of
-from breaker.common.numerals import in_digits
 from breaker.common.plain_values import to_json
+from breaker.diagnosis.estimate import Given
 from breaker.diagnosis.limits import VERDICTS, judged
 from breaker.diagnosis.result import csv_of
 from breaker.diagnosis.tables import RESULTS, document_of
 from breaker.family.networks import StateDraws
+from breaker.figures import style
+from breaker.figures.records import answer
 from breaker.model.limits import Limit
-from breaker.model.parameters import NAMES
-from breaker.records.measurements import Measured
+from breaker.model.parameters import MOTIONS, NAMES
 from tests.diagnosis.conftest import result_of
+from tests.figures.drawn import assert_drawn, line_of
 
 
 def limit(name, value, of="model", *more):
     return Limit("wide", "closing", ((name, value, True), *more), of=of)
 
 
-def verdict(answer, *about):
-    (row,) = judged(answer, [limit(*about)], seed=1)
+def verdict(estimate, *about):
+    (row,) = judged(estimate, [limit(*about)], seed=1)
     return row["verdict"]
 
 
@@ -61,14 +62,14 @@ def test_no_limit_is_judged_on_a_motion_of_no_drive(answers):
     long = replace(record.raw, whole=10.0 * record.raw.whole, segment=segment)
     wrong = replace(answers[0], record=replace(record, raw=long))
     limits = [limit("stroke", 200.0, "record"), limit("stroke", 5.0), limit("L", 5.0)]
-    for answer, verdicts, code in (
+    for estimate, verdicts, code in (
         (answers[0], ["pass", "fail", "fail"], None),
         (wrong, ["inconclusive"] * 3, "no-drive"),
     ):
-        rows = judged(answer, limits, seed=1)
+        rows = judged(estimate, limits, seed=1)
         assert [row["verdict"] for row in rows] == verdicts
         assert {row["reason"] and row["reason"].code for row in rows} == {code}
-        result = result_of([answer], [rows])
+        result = result_of([estimate], [rows])
         assert [warning.code for warning in result["warnings"]] == [code] * bool(code)
         summary = document_of(result).summary
         assert len([text for text in summary if f"[{code}]" in text]) == bool(code)
@@ -76,7 +77,7 @@ def test_no_limit_is_judged_on_a_motion_of_no_drive(answers):
 
 @pytest.fixture
 def result(answers):
-    limits = [judged(answer, [limit("L", 5.0)], seed=1) for answer in answers]
+    limits = [judged(item, [limit("L", 5.0)], seed=1) for item in answers]
     return result_of(answers, limits)
 
 
@@ -93,60 +94,58 @@ def test_data_have_every_record_and_no_number_that_json_lacks(result, answers):
     assert sources["closing_wipe"] == "mixed"
     assert sources["stroke"] == "measured"
     assert sources["touch_after_release"] == "estimated"
-    rows = list(csv.DictReader(csv_of(result).splitlines()))
-    counts = Counter((row["motion"], row["operation"]) for row in rows)
-    assert [*counts.values()] == [29, 29, 1, 28]
-    assert {row["phase"] for row in rows} == {"L1"}
+    rows = csv.DictReader(csv_of(result).splitlines())
+    assert {(row["motion"], row["phase"]) for row in rows} == {(m, "L1") for m in MOTIONS}
 
 
 def test_a_document_has_determined_parameters_alone_and_each_remark_once(result, answers):
-    answer = document_of(result)
-    assert [part.title.split(":")[0] for part in answer.parts][:2] == ["closing"] * 2
-    state = answer.after[-1]
+    document = document_of(result)
+    assert [part.title.split(":")[0] for part in document.parts][:2] == ["closing"] * 2
+    state = document.after[-1]
     known = [item["parameters"] for item in result["records"][:2]]
     determined = [n for n in NAMES if any(item[n]["prior_share"] < 0.8 for item in known)]
     assert [row[0].split()[-1] for row in state.rows] == determined
-    assert text_of(answer).count("gone.csv") == 1
-    outside = [replace(answer, misfit=True, draws=None) for answer in answers if answer.draws]
+    assert text_of(document).count("gone.csv") == 1
+    outside = [replace(item, misfit=True, draws=None) for item in answers if item.draws]
     notes = document_of(result_of(outside)).after[-1].notes
     assert len(notes) == 1
 
 
-def test_limits_have_all_of_many_operations_and_tables_the_first(answers):
-    gone = Measured(np.nan, np.nan, "the record ends before the drive rests")
-    ended = replace(answers[0], measured=answers[0].measured | {"stroke": gone})
-    again = [replace(answers[1].record.operation, number=k) for k in (2, 3, 4, 5)]
-    records = [replace(answers[1].record, operation=item) for item in again]
-    several = [ended, *(replace(answers[1], record=item) for item in records)]
-    verdicts = [judged(item, [limit("stroke", 5.0, "record")], seed=1) for item in several]
-    tables = document_of(result_of(several, verdicts)).parts
-    assert [table.title.split(":")[0] for table in tables[:4]] == ["closing"] * 3 + ["Limits"]
-    (row,) = tables[3].rows
-    assert row[1].split()[1:] == ["4", "of", "5"]
-    assert row[2] == in_digits(answers[1].measured["stroke"].value, 4)
-    assert sum(gone.reason in note for note in tables[3].notes) == 1
-
-
-def long(answer, **more):
-    """The same answer, of a drive of 150 mm."""
-    shape = answer.record.shape._replace(stroke=150.0)
-    return replace(answer, record=replace(answer.record, shape=shape), **more)
+def long(estimate, **more):
+    """The same estimate, of a drive of 150 mm."""
+    shape = estimate.record.shape._replace(stroke=150.0)
+    return replace(estimate, record=replace(estimate.record, shape=shape), **more)
 
 
 def test_a_long_stroke_withholds_touch_and_gap_everywhere(answers):
     """The contact may slide; a known value or a used contact brings them back."""
-    answer = long(answers[0])
-    verdicts = judged(answer, [limit("touch_time", 50.0), limit("L", 500.0)], seed=1)
-    assert [verdict["verdict"] for verdict in verdicts] == ["inconclusive"] * 2
-    assert {verdict["reason"].code for verdict in verdicts} == {"contact-may-slide"}
-    (entry,) = result_of([answer])["records"]
-    for name in ("touch_time", "spring_compression", "closing_wipe"):
-        assert entry["quantities"][name]["median"] is None
-        assert entry["quantities"][name]["reason"].code == "contact-may-slide"
+    estimate = long(answers[0])
+    verdicts = judged(estimate, [limit("touch_time", 50.0), limit("L", 500.0)], seed=1)
+    (entry,) = result_of([estimate])["records"]
+    withheld = [entry["quantities"][n] for n in ("touch_time", "spring_compression")]
+    for item in (*verdicts, *withheld, entry["parameters"]["L"]):
+        assert item["reason"].code == "contact-may-slide"
+        assert item.get("median") is None
     assert "touch_from10" not in entry["quantities"]
-    assert entry["parameters"]["L"]["reason"].code == "contact-may-slide"
     assert entry["parameters"]["f"]["median"] > 0.0
-    assert answer.contact_unknown
-    assert np.isnan(answer.contact.time)
-    assert not long(answers[0], contact_given=True).contact_unknown
-    assert not long(answers[0], contact_used=True).contact_unknown
+    for known in ({"contact_given": True}, {"contact_used": True}):
+        assert not long(answers[0], **known).contact_unknown
+
+
+@pytest.mark.parametrize(
+    ("places", "change"), [([0, 1, 2, 3], {}), ([0], {"misfit": True, "draws": None})]
+)
+def test_a_figure_has_each_motion_next_to_the_nearest_shape(answers, places, change):
+    """A record that was rejected has none."""
+    some = [replace(answers[k], **change) for k in places]
+    figure = answer(some, Given().sample_prior(some[0], 200, np.random.default_rng(1)))
+    assert_drawn(figure)
+    columns = len({item.record.motion for item in some})
+    assert len(figure.axes) == 2 * columns + len(NAMES) + 1
+    for above, below in zip(figure.axes[:columns], figure.axes[columns:], strict=False):
+        record, nearest = (line_of(above, colour) for colour in (style.MEASURED, style.CHANGED))
+        left = line_of(below, style.MEASURED).get_ydata()
+        travel = np.interp(nearest.get_xdata(), record.get_xdata(), record.get_ydata())
+        there = np.isfinite(left)
+        np.testing.assert_allclose(travel[there], nearest.get_ydata()[there], atol=0.5)
+        assert np.abs(left[there]).max() < 0.3

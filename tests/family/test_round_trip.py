@@ -33,23 +33,17 @@ def tail(sensor, motion, measured, truth):
     return np.minimum(chi2.cdf(square, sensor.samples), chi2.sf(square, sensor.samples))
 
 
-def test_records_are_those_of_the_truth(through, sensor):
+def test_records_are_those_of_the_truth_and_a_wrong_truth_is_noticed(through, sensor):
     motion, measured, truth = through
+    bound = FALSE_ALARM / (2 * CURVES)
     assert measured.shape == (CURVES, sensor.samples)
-    assert truth.shape == (CURVES, len(NAMES) + 1)
-    assert tail(sensor, motion, measured, truth).min() > FALSE_ALARM / (2 * CURVES)
-
-
-@pytest.mark.parametrize("fault", ["onset", "sign of the onset", "another curve", "averaged"])
-def test_a_wrong_truth_would_be_noticed(through, sensor, fault):
-    motion, measured, truth = through
-    if fault == "onset":
-        truth = truth + np.eye(len(NAMES) + 1)[-1] * 0.4  # one sample of the grid off
-    elif fault == "sign of the onset":
-        truth = truth * np.array([1.0] * len(NAMES) + [-1.0])
-    elif fault == "another curve":
-        truth = np.roll(truth, 1, axis=0)
-    else:  # what averaging the four samples of a step would do to the noise
-        exact = travel(truth[:, :-1], sensor.times, motion, onset=truth[:, -1]).travel
-        measured = exact + 0.5 * (measured - exact)
-    assert tail(sensor, motion, measured, truth).min() < FALSE_ALARM / (2 * CURVES)
+    assert tail(sensor, motion, measured, truth).min() > bound
+    exact = travel(truth[:, :-1], sensor.times, motion, onset=truth[:, -1]).travel
+    faults = {
+        "one sample late": (measured, truth + np.eye(len(NAMES) + 1)[-1] * 0.4),
+        "sign of the onset": (measured, truth * np.array([1.0] * len(NAMES) + [-1.0])),
+        "another curve": (measured, np.roll(truth, 1, axis=0)),
+        "noise of an average of four samples": (exact + 0.5 * (measured - exact), truth),
+    }
+    for fault, wrong in faults.items():
+        assert tail(sensor, motion, *wrong).min() < bound, fault

@@ -12,7 +12,6 @@ from matplotlib.text import Text
 
 from breaker.common.colours import phase_colours
 from breaker.figures import panels, style
-from breaker.prognosis.states import STATES
 
 POSTERIORS = {
     name: getattr(style, name)
@@ -80,10 +79,6 @@ def test_phases_have_the_colours_of_their_names():
     assert [*phase_colours("RST").values()] == [red, amber, blue]
     for others in (["Travel 1", "R"], [""]):
         assert len({*phase_colours(others).values()} - {red}) == len(others)
-
-
-def test_states_have_their_numbers():
-    assert tuple(panels.STATES) == STATES
 
 
 def test_settings_are_left_alone_and_not_taken_over():

@@ -88,8 +88,11 @@ def test_density_of_couplings_is_that_of_the_sampling_map(dims):
     assert (noise.abs() > 5).any() or dims == 2
     points, expected = density_by_autograd(curved(CouplingFlow, dims), noise, features)
     with torch.no_grad():
-        density = curved(CouplingFlow, dims).log_prob(points, features, steps=1)
+        network = curved(CouplingFlow, dims)
+        density = network.log_prob(points, features, steps=1)
+        loss = network.loss(points[:, 0], features, None, None)
     torch.testing.assert_close(density, expected, rtol=0, atol=1e-8)
+    torch.testing.assert_close(loss, -expected[:, 0], rtol=0, atol=1e-8)
 
 
 # ---- flow matching ------------------------------------------------------------------------------

@@ -11,7 +11,7 @@ import pytest
 import torch
 
 from breaker.networks.blocks import Hidden, ResidualMLP
-from breaker.networks.training import MadeRows, Trainer, fingerprint, optimisers, orthogonal
+from breaker.networks.training import MadeRows, Trainer, optimisers, orthogonal
 from tests.networks_fixtures import Trap, normal, same, weights
 
 # ---- randomness ---------------------------------------------------------------------------------
@@ -25,7 +25,7 @@ def test_the_seed_alone_decides(trainer):
 
     runs = [trainer(evaluate_every=10), trainer(evaluate_every=2), trainer(seed=2)]
     before = states()
-    runs[0].run()
+    history = runs[0].run()
     after = states()
     assert torch.equal(before[0], after[0])
     np.testing.assert_array_equal(before[1], after[1])
@@ -38,17 +38,10 @@ def test_the_seed_alone_decides(trainer):
     assert runs[0].losses == runs[1].losses
     assert all(map(torch.equal, runs[0].means, runs[1].means))
     assert not set(runs[0].losses) & set(runs[2].losses)
-
-
-def test_validation_is_fixed(trainer):
-    """Its records are drawn once: weights at rest have one loss."""
-    training = trainer(learning_rate=0.0)
-    history = training.run()
-    assert history.evaluation_step.values.tolist() == [5, 10]
-    assert np.unique(history.validation_loss.values).size == 1
-    assert np.unique(history.training_loss.values).size == 10
-    measured = training.fixed_batch.measured
-    assert (measured - training.validation.travel).abs().max() > 0.1
+    assert np.unique(history.training_loss.values).size == 10  # fresh noise at each step
+    still = trainer(learning_rate=0.0, seed=3)  # the records that it is validated by stay
+    still.checkpoint.file.unlink()
+    assert np.unique(still.run().validation_loss.values).size == 1
 
 
 # ---- the numbers by formula ---------------------------------------------------------------------
@@ -159,16 +152,6 @@ def test_a_loss_that_is_not_finite_names_motion_and_step(trainer):
     training.optimisers[-1].register_step_post_hook(spoil)
     with pytest.raises(FloatingPointError, match=r"opening is (nan|inf) at step 6"):
         training.run()
-
-
-def test_a_fingerprint_depends_on_settings_and_code(tmp_path):
-    code = tmp_path / "code.py"
-    code.write_text("x = 1\n")
-    first = fingerprint({"a": 1, "b": {"c": 2}}, [code])
-    assert fingerprint({"b": {"c": 2}, "a": 1}, [code]) == first
-    assert fingerprint({"a": 1, "b": {"c": 3}}, [code]) != first
-    code.write_text("x = 2\n")
-    assert fingerprint({"a": 1, "b": {"c": 2}}, [code]) != first
 
 
 # ---- rows that other processes make --------------------------------------------------------------

@@ -11,7 +11,7 @@ from breaker.common.randomness import generator
 from breaker.common.zarr_store import describe, save
 from breaker.model import curves
 from breaker.model.curves import travel
-from breaker.model.parameters import MOTIONS, NAMES, PARAMETERS
+from breaker.model.parameters import MOTIONS, NAMES
 from breaker.model.prior import Prior
 from breaker.paper.bank import distance, excess, open_bank, principal_components, simulate
 from breaker.paper.joint_model import Model
@@ -49,10 +49,8 @@ def test_a_bank_follows_from_its_seed_and_names_its_units(shard):
     xr.testing.assert_identical(one, again)
     assert not np.any(one.travel[:, -1] == other.travel[:, -1])
     assert (one.travel.dtype, one.parameters.dtype) == (np.float32, np.float64)
-    units = {name: one[name].unit for name in ("travel", "time", "onset", "switching_time")}
-    assert units == {"travel": "mm", "time": "ms", "onset": "ms", "switching_time": "ms"}
+    assert (one.travel.unit, one.time.unit, one.onset.unit) == ("mm", "ms", "ms")
     assert one.parameter.values.tolist() == list(NAMES)
-    assert one.parameter_unit.values.tolist() == [item.unit for item in PARAMETERS]
 
 
 def test_shards_keep_their_order_and_have_to_fit(shard, tmp_path):
@@ -65,24 +63,10 @@ def test_shards_keep_their_order_and_have_to_fit(shard, tmp_path):
         expected = np.concatenate([shards[number][variable] for number in (2, 0, 1)])
         np.testing.assert_array_equal(bank[variable], expected)
     assert len(np.unique(bank.parameters[:, 0])) == 3 * 64
-    late = shards[1].assign_coords(time=shards[1].time + 0.1)
-    for other, words in (
-        (shard(1, motion="opening"), "of different banks"),
-        (shard(1, onset_sd=0.1), "of different banks"),
-        (late, "time"),
-    ):
+    for other in (shard(1, motion="opening"), shard(1, onset_sd=0.1)):
         save(other, tmp_path / "other")
-        with pytest.raises(ValueError, match=words):
+        with pytest.raises(ValueError, match="of different banks"):
             open_bank([paths[0], tmp_path / "other"])
-
-
-def test_curves_that_are_not_finite_are_counted(sensor):
-    """A force and springs at the end of what a float can hold."""
-    medians = np.array([2.0, 1e-3, 0.04, 0.3, 0.12, 1e308, 10.0])
-    prior = Prior(medians=medians, log_sds=np.full(7, 1e-3))
-    model = Model(prior, replace(sensor, onset_sd=0.0), "closing")
-    with np.errstate(all="ignore"), pytest.raises(FloatingPointError, match="8 of 8"):
-        simulate(model, 8, generator(1, "test", "not finite"))
 
 
 @pytest.mark.parametrize("motion", MOTIONS)

@@ -91,14 +91,13 @@ def test_a_prior_of_ones_own_with_a_density_has_the_same_posterior(tight):
 
 
 def test_the_models_that_do_not_fit_together_are_refused(prior, sensor):
-    own = Same(prior)
-    own.sample = lambda n, rng: np.ones((5, 6))
+    short, other = Same(prior), Same(prior)
+    short.sample = lambda n, rng: np.ones((5, 6))
     with pytest.raises(ValueError, match="names"):
-        OwnPrior(own)
-    own = Same(prior)
-    own.names = [f"x{i}" for i in range(P)]
+        OwnPrior(short)
+    other.names = [f"x{i}" for i in range(P)]
     with pytest.raises(ValueError, match=r"model\.simulator"):
-        Model(OwnPrior(own), sensor, "closing")  # the paper's drive has other parameters
+        Model(OwnPrior(other), sensor, "closing")  # the paper's drive has other parameters
     with pytest.raises(ValueError, match="onset_sd"):
         Model(prior, sensor, "closing", lambda *_: None)
     model = Model(prior, replace(sensor, onset_sd=0.0), "closing", lambda *_: np.ones((2, 3)))

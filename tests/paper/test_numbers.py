@@ -10,7 +10,6 @@ from breaker.model.parameters import NAMES
 from breaker.paper.run_numbers import (
     blocks_of,
     held,
-    moved,
     numbers_of_life,
     numbers_of_motion,
     truth_in_blocks,
@@ -137,9 +136,3 @@ def test_blocks_and_the_share_that_contains_the_truth():
     np.testing.assert_allclose(held(blocks, truth), 29 / 39)
     np.testing.assert_allclose(held(blocks, 0.0 * truth + 0.95), 0.0)
     assert np.isnan(held(blocks.isel(block=[-1]), truth)).all()
-
-
-def test_a_change_is_from_the_first_to_the_last_block_with_an_answer():
-    values = np.array([[np.nan, 2.0], [4.0, 9.0], [5.0, 3.0], [np.nan, np.nan]])
-    np.testing.assert_allclose(moved(values), [25.0, 50.0])
-    assert np.isnan(moved(np.full((3, 1), np.nan))).all()

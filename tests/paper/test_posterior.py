@@ -12,19 +12,14 @@ from breaker.common.randomness import generator
 from breaker.common.tensor_file import ModelFileError, write_model
 from breaker.model.parameters import NAMES
 from breaker.paper.bank import simulate
-from breaker.paper.correction import correct_validation
-from breaker.paper.inference import validate
-from breaker.paper.joint_model import limit_over_prior
 from breaker.paper.posterior import Posterior
 from breaker.paper.training import freeze_inputs
-from breaker.paper.validation import quality, scale_of
 from tests.networks_fixtures import (
     COMBINATIONS,
     PRIOR,
     SENSOR,
     Trap,
     curved_model,
-    frozen,
     noise_of,
     pin,
     settings,
@@ -68,14 +63,6 @@ def test_draws_of_a_curve_do_not_depend_on_the_others(series):
     assert np.unique(together[:, 0, 0]).size == 5
 
 
-@pytest.mark.filterwarnings("ignore:overflow encountered")
-def test_draws_that_are_not_finite_raise(series):
-    _, records = series
-    posterior = pin(frozen(), 1e30, 1.0)
-    with pytest.raises(FloatingPointError, match="5 of 5"):
-        posterior.sample(records, noise_of(posterior, 5, 3))
-
-
 @pytest.mark.parametrize("name", COMBINATIONS)
 def test_a_loaded_model_is_the_saved_one_bit_for_bit(name, tmp_path):
     """Of every inference network, with its frozen inputs, also where its file is written over."""
@@ -109,11 +96,6 @@ def content(change):
     return lambda posterior, target: target.write_bytes(change(target.read_bytes()))
 
 
-def sizes(**changes):
-    """A fault of the sizes of the summary network."""
-    return parts(lambda settings, _: settings["network"]["summary"].update(changes))
-
-
 def parts(change):
     """A fault of settings or tensors, in a file that is written as if it was right."""
 
@@ -140,7 +122,7 @@ FAULTS = [
     (parts(lambda s, t: t["inference.head.bias"].fill(np.nan)), "inference.head.bias"),
     (parts(lambda s, t: t["solver_steps"].fill(0)), "solver_steps is 0"),
     (parts(lambda s, t: s["sensor"].update(samples=41)), "[41]"),
-    (sizes(depth=3), "depth"),
+    (parts(lambda s, t: s["network"]["summary"].update(depth=3)), "depth"),
     (parts(lambda s, t: t["solver_steps"].fill(10**12)), "solver_steps is 1000000000000"),
 ]
 
@@ -183,14 +165,3 @@ def test_a_file_calls_functions_on_trust_alone(oscillator, tmp_path, monkeypatch
     sys.modules.pop("own_simulator")
     with pytest.raises(ModelFileError, match="own_simulator"):
         Posterior.load(file, own_functions=True)
-
-
-def test_what_needs_a_density_says_so(oscillator):
-    model = oscillator.model
-    data = validate(oscillator, 8, draws=40, seed=2)
-    assert data.output.values.tolist() == ["stroke", "frequency", "damping"]
-    assert np.isfinite(quality(data, None, np.ones(3), **scale_of(data)).z_sd).all()
-    with pytest.raises(ValueError, match=r"model\.simulator"):
-        correct_validation(model, data, seed=1)
-    with pytest.raises(ValueError, match=r"model\.simulator"):
-        limit_over_prior(model, 5, generator(1, "test own", "limit"))

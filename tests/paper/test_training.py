@@ -18,7 +18,7 @@ from breaker.paper.training import (
     split,
 )
 from tests.model.laws import covariance, covariance_p_value
-from tests.networks_fixtures import COUPLING_FLOW, NETWORK, bank_of, frozen, perturb, pin, settings
+from tests.networks_fixtures import bank_of, frozen, perturb, pin, settings
 
 
 @pytest.fixture(scope="module")
@@ -133,17 +133,6 @@ def test_the_fewest_steps_within_the_tolerance_are_chosen(curved, measured):
         ):
             expected = next((k for k, x in zip(STEPS, values, strict=True) if x <= tolerance), 4)
             assert result.attrs[key] == steps == expected
-
-
-def test_a_network_without_solver_takes_one_step(measured):
-    """Differences are zero by construction."""
-    posterior = frozen(network={**NETWORK, "inference": COUPLING_FLOW})
-    posterior.solver_steps.fill_(7)
-    result = chosen(posterior, measured, 0.01)
-    assert posterior.solver_steps == posterior.density_solver_steps == 1
-    assert result.solver_steps.values.tolist() == [1]
-    assert not any(result[name].values.any() for name in result.data_vars)
-    assert result.attrs["solves"] == 0
 
 
 def test_held_out_density_of_a_gaussian_model():

@@ -13,13 +13,12 @@ from breaker.paper.validation import (
     family_quality,
     prior_check,
     quality,
-    reached,
     recovery,
     regions,
     scores,
     with_width,
 )
-from tests.paper.made import NAMES, contractions, exact_posteriors, judgement, posteriors
+from tests.paper.made import NAMES, exact_posteriors, judgement, posteriors
 
 THREE = ["mu", "L", "onset"]
 CONTRACTION = np.array([0.9, 0.3, 0.6])
@@ -173,18 +172,3 @@ def test_examples_are_the_lowest_median_and_highest():
     xr.testing.assert_allclose(result.isel(example=1)[list(alone)], alone)
     judged["efficiency"] = np.nan * judged.efficiency
     assert examples(judged, amortised, corrected).sizes["example"] == 0
-
-
-def test_reached_is_sorted_by_the_limit():
-    values = contractions()
-    result = reached(values, NAMES)
-    order = ["gamma_a", "onset", "f", "k_a", "gamma_b", "k_b", "mu", "L"]
-    assert result.output.values.tolist() == order
-    known = ["known from this motion"] * 5 + ["partly known"] + ["the prior decides"] * 2
-    assert result.known.values.tolist() == known
-    assert result.curves.values.tolist() == [200, 50, 48]
-    for source, value in values.items():
-        one = result.sel(source=source, output=NAMES)
-        np.testing.assert_allclose(one["mean"], value.mean(axis=0))
-        np.testing.assert_allclose(one.lower, np.quantile(value, 0.05, axis=0))
-        np.testing.assert_allclose(one.upper, np.quantile(value, 0.95, axis=0))

@@ -38,7 +38,9 @@ def records(worn=20.0, seed=1):
         moved = zip(theta, TIMES - 0.2 * rng.standard_normal((N, 1)), strict=True)
         curves = [Drive(tuple(item), Elements()).travel(motion, times) for item, times in moved]
         curves = np.array(curves) + 0.05 * rng.standard_normal((N, TIMES.size))
-        times = [measure_curve(TIMES, curve, motion)["travel_time"][:2] for curve in curves]
+        times = np.full((N, 2), np.nan)  # limits have the time of a closing alone
+        if motion == "closing":
+            times = [measure_curve(TIMES, curve, motion)["travel_time"][:2] for curve in curves]
         data = {name: ("operation", np.full(N, value)) for name, value in numbers.items()}
         data["record"] = ("operation", "sample"), curves
         for name, values in zip(("measured", "measured_sd"), np.array(times).T, strict=True):
