@@ -50,13 +50,11 @@ def test_times_of_few_digits_are_even_times(digits):
 ODD = {
     "repeated": (np.where(np.arange(760) == 300, TIME[299], TIME), 307),
     "clock reset": (np.append(TIME, TIME), 767),
-    "twice": (np.repeat(TIME, 2), 8),
     "jitter": (np.where(np.arange(760) == 300, 30.03, TIME), 307),
     "half a step lost": (TIME + 0.05 * (TIME > 40), 408),
     "another rate half-way": (np.where(TIME < 40, TIME, 40 + 1.09 * (TIME - 40)), None),
     "an overflow": (np.where(np.arange(760) == 759, 1e300, TIME), 766),
     "a gap of 1e9 steps": (TIME + 1e8 * (TIME > 40), 408),
-    "5 ms": (5.0 * np.arange(100), None),
     "too few digits": (np.round(np.arange(2000) / 33.0, 1), 8),
     "seconds": (TIME / 1e3, None),
 }
@@ -83,9 +81,8 @@ def scale(**settings):
 
 
 def table(tmp_path, text):
-    file = tmp_path / "table.csv"
-    file.write_text(text, encoding="utf-8")
-    return str(file)
+    (tmp_path / "table.csv").write_text(text, encoding="utf-8")
+    return str(tmp_path / "table.csv")
 
 
 @pytest.mark.parametrize(
@@ -121,12 +118,13 @@ def test_a_table_is_followed_smoothly_and_only_forwards(tmp_path):
         falling.travel(2.0 * reading)
 
 
-def test_a_wrong_table_is_refused_before_any_file(tmp_path):
-    for text in ("", "0,0\n", "0,0\n0,1\n", "0,0\n1,5\n2,4\n", "0,0\n1,nan\n", "0,0,0\n1,5,0\n"):
+@pytest.mark.parametrize(
+    "text", ["", "0,0\n0,1\n", "0,0\n1,5\n2,4\n", "0,0\n1,nan\n", "0,0,0\n1,5,0\n"]
+)
+def test_a_wrong_table_is_refused_before_any_file(tmp_path, text):
+    for file in (table(tmp_path, text), str(tmp_path / "none.csv")):
         with pytest.raises(ValueError, match=r"endurance\.format\.table"):
-            scale(table=table(tmp_path, text))
-    with pytest.raises(ValueError, match=r"endurance\.format\.table"):
-        scale(table=str(tmp_path / "none.csv"))
+            scale(table=file)
 
 
 @pytest.mark.parametrize(("stroke", "quantum"), [(4.0, 0.0125), (14.0, 0.08), (1000.0, 1.0)])

@@ -93,24 +93,6 @@ def test_a_wrong_unit_is_named_by_its_magnitude(file, prior, unit, size, wrong):
         Reader(settings).read(Operation(12, file), "closing")
 
 
-@pytest.mark.parametrize("rate", [1.0, 7.3, 100.0])
-@pytest.mark.parametrize("motion", MOTIONS)
-def test_any_rate_is_read(file, prior, times, rate, motion):
-    """Close to the exact curve, and a slow record lacks the samples that its rate cannot give."""
-    time, exact = record(prior, motion, step=1.0 / rate, noise=0.0)
-    noisy = exact + 0.05 * generator(3, "any rate").standard_normal(exact.size)
-    write_curve(file, time, noisy, motion=motion, operation=1)
-    curves = read_curves([Operation(1, file)], FORMAT | {"rate": rate}, Grid(times), motion)
-    assert curves.accepted.item(), curves.reason.item()
-    assert curves.rate.item() == pytest.approx(rate, rel=1e-3)
-    there = ~np.isnan(curves.travel.values[0])
-    assert there.sum() == pytest.approx(min(151, 60 * rate + 1), abs=1.5)
-    fine = travel(prior.medians[None], times[there] + curves.first_motion.item(), motion, onset=10)
-    # 4.5 sd of the noise, for 151 samples of 10 records; and 0.05 mm at the impact at 1 kHz.
-    off = np.abs(curves.travel.values[0][there] - fine.travel[0])
-    assert off.max() < 4.5 * 0.05 + 0.05
-
-
 def test_rejected_operations_stay_and_the_rest_goes_on(tmp_path, prior, times, caplog):
     """1 is good, 2 has a text, 3 is an opening, 4 lacks a sample, 5 is not there, 6 is 1 again."""
     folder = [Operation(k, tmp_path / f"op_{k}.csv") for k in range(1, 7)]

@@ -150,7 +150,7 @@ def test_blanks_at_the_end_are_the_end_of_a_channel(file):
     assert_read(read(file, **UNTIMED))
 
 
-@pytest.mark.parametrize("line", ["", "# stopped here", ";;", "Page 2"])
+@pytest.mark.parametrize("line", ["", ";;", "Page 2"])
 def test_a_gap_without_a_time_column_is_refused(file, line):
     """With times it is a gap in time; without, all that follows would be early by a sample."""
     rows = [f"0.5;{row.split(',')[1]};7" for row in ROWS]
@@ -158,31 +158,23 @@ def test_a_gap_without_a_time_column_is_refused(file, line):
     assert_read(read(file, delimiter=";", **UNTIMED))
     put(file, ["current;travel;other", *rows[:20], line, *rows[20:]])
     assert refused(file, delimiter=";", **UNTIMED) == 21
-    timed = ["time;travel", *(row.replace(",", ";") for row in ROWS)]
-    put(file, [*timed[:20], line, *timed[20:]])
-    if line == "Page 2":
-        assert refused(file, delimiter=";") == 21
-    else:
+    if line != "Page 2":
+        timed = ["time;travel", *(row.replace(",", ";") for row in ROWS)]
+        put(file, [*timed[:20], line, *timed[20:]])
         assert_read(read(file, delimiter=";"))
 
 
 # ---- signs between cells, ends of lines, encodings ----------------------------------------------
 
 
-@pytest.mark.parametrize("eol", ["\n", "\r\n", "\r", "\r\r\n"])
-def test_any_end_of_line_will_do(file, eol):
-    put(file, ["a", "time,travel", *ROWS, "", "\x1a"], eol=eol)
-    assert_read(read(file), first=3)
-
-
 @pytest.mark.parametrize("delimiter", [",", ";", "\t", "|", " "])
-@pytest.mark.parametrize("head", [["time,travel", "[ms],[mm]"], ["time [ms],travel [mm]"]])
-def test_any_delimiter_will_do(file, delimiter, head):
-    lines = [line.replace(",", delimiter) for line in [*head, *ROWS]]
+@pytest.mark.parametrize("eol", ["\n", "\r\n", "\r", "\r\r\n"])
+def test_any_delimiter_and_end_of_line_will_do(file, delimiter, eol):
+    lines = [line.replace(",", delimiter) for line in ["time,travel", "[ms],[mm]", *ROWS]]
     if delimiter == " ":
         lines = [f"  {line} \t".replace(" 0", "    0") for line in lines]
-    put(file, lines)
-    assert_read(read(file, delimiter=delimiter))
+    put(file, [*lines, "", "\x1a"], eol=eol)
+    assert_read(read(file, delimiter=delimiter), first=3)
     assert look_into(file).settings["delimiter"] == delimiter
 
 
@@ -225,8 +217,6 @@ ODD = {
     "nothing": b"",
     "another encoding": "time,travel\n0,1".encode("utf-16-le"),
     "brackets": b"time," + b"travel [" * 10_000 + b"\n1,2",
-    "names": b"time;travel\n" * 100_000,
-    "parentheses": b"(" * 99_000,
     "quotation marks": b'"' * 1_000_000,
     "blanks": (b" " * 999 + b"\n") * 1_000,
     "a long line": b"time,travel\n1," + b"1.," * 20_000 + b"x",

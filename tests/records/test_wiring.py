@@ -25,24 +25,21 @@ def paired(columns, travels=1, preamble=()):
 
 
 # Columns of a record, and those that belong to the closing of the first of its travels.
-RES, AMPERES = "DCRM Res CH1", {"DCRM Current CH1": 50.0 * LATE}
+RES = "DCRM Res CH1"
 BELONGS = [
     *[
         (dict.fromkeys(names, SIGNAL) | {names[0]: RISES}, {"contact_column": contact})
         for *names, contact in (
-            ("Travel 1", "Contact 1", "Contact 2", "Contact 1"),
             ("Travel L2", "Contact L1", "Contact L2", "Contact L2"),
             ("Travel 1 (mm)", "Res 1 (uOhm)", "Contact", "Contact"),
             ("Travel T1", "Res 2 (uOhm)", "Res 2"),  # of the only travel
             ("Travel 1", "Res 1", "Res 2", None),  # channels of resistance are not those of travel
-            ("Travel 1", "Contact 2", "Aux contact 1", None),
             ("Travel", "Contact 1", "Contact 2", None),
             ("Travel A", "Main A", "Arcing A", "Main B", "Arcing B", "Arcing A"),
             ("Travel A", "Main A", "PIR A", "Resistor contact A", "Main A"),
         )
     ],
     ({"Contact 52a": SIGNAL, "52b": 1.0 - SIGNAL}, {}),  # auxiliary switches
-    ({**AMPERES, RES: OHMS}, {"contact_column": RES, "current_column": "DCRM Current CH1"}),
     ({RES: OHMS, "DCRM Current CH2": 50.0 * LATE}, {"contact_column": RES}),
     # A current, a coil and a reading that is constant are no contact.
     ({"Main contact current (A)": 100.0 * SIGNAL}, {}),
@@ -57,14 +54,6 @@ def test_a_contact_belongs_to_the_travel_of_its_number_or_phase(columns, setting
     result = paired(travel | columns)[0]["closing"]
     wanted = {key: name for key, name in settings.items() if name}
     assert {key: name for key, name in result.items() if key != "trigger_column"} == wanted
-
-
-def test_a_letter_before_an_accent_is_no_phase():
-    columns = {"Course R": RISES, "Course B": RISES, "Résistance B": OHMS, "Résistance R": OHMS}
-    assert [item["closing"]["contact_column"] for item in paired(columns, travels=2)] == [
-        "Résistance R",
-        "Résistance B",
-    ]
 
 
 @pytest.mark.parametrize(("motion", "last"), [("closing", 1), ("closing", 2), ("opening", 1)])
@@ -87,7 +76,6 @@ def pulses(*at):
         ({"Trip Coil 1": [], "Trip Coil 2": [200]}, [None, "Trip Coil 2"]),
         # Each motion has its own, by the name or by the time.
         ({"Close Coil": [20], "Trip Coil": [200]}, ["Close Coil", "Trip Coil"]),
-        ({"Ic": [20], "Io": [200]}, ["Ic", "Io"]),
         ({"Spulenstrom": [20, 200]}, ["Spulenstrom", "Spulenstrom"]),
         ({"Courant moteur": [20, 200], "Motor current": [20, 200]}, [None, None]),
     ],
@@ -124,19 +112,6 @@ def test_rows_above_the_columns_state_which_contact_belongs_to_which_travel(shif
     assert first["current_column"] == "DCRM Current CH2 in Amp"
     assert second["contact_column"] == "DCRM Res CH4"
     assert not any("contact_column" in one["closing"] for one in paired(columns, travels=2))
-
-
-@pytest.mark.parametrize(
-    ("name", "values", "first"),
-    [
-        ("Res 1", OHMS, {"closing"}),
-        ("Contact", SIGNAL, set()),  # whether 1 is closed is not known
-        ("Current 1", SIGNAL, set()),
-    ],
-)
-def test_levels_of_contacts_show_which_motion_is_the_first(name, values, first):
-    sheet = Sheet("a", ["Travel 1", name], [RISES, values])
-    assert Wiring(sheet, [t := Travel(0, "mm", Course(TIME, RISES))]).first_motions(t) == first
 
 
 def test_channels_of_an_export(tmp_path):
