@@ -217,19 +217,17 @@ def alarms() -> Rows:
 
 
 def measured() -> Rows:
-    """Errors of measured quantities in their stated standard deviations."""
+    """Coverage of the 95 % intervals of measured quantities."""
     rows = read("measuring")
     first = rows[0]["column"]
-    table = [["quantity", "usual sd", f"mean error, sd of errors ({first})", "worst condition"]]
+    table = [["quantity", "usual sd", f"coverage ({first})", "worst condition"]]
     for name in dict.fromkeys((row["motion"], row["quantity"]) for row in rows):
         some = [row for row in rows if (row["motion"], row["quantity"]) == name]
-        worst = max(some, key=lambda r: float(r["sd_error"]) + abs(float(r["mean_error"])))
-        cells = [
-            f"{float(r['mean_error']):+.1f}, {float(r['sd_error']):.1f}" for r in (some[0], worst)
-        ]
+        worst = min(some, key=lambda row: float(row["covered"]))
         unit = "m/s" if "speed" in name[1] else "ms" if "time" in name[1] else "mm"
-        sd = f"{float(some[0]['sd']):.2g} {unit}"
-        table.append([f"{name[1]}, {name[0]}", sd, cells[0], f"{cells[1]} ({worst['column']})"])
+        cells = [f"{name[1]}, {name[0]}", f"{float(some[0]['sd']):.2g} {unit}", percent(some[0]["covered"])]
+        where = f"n = {worst['records']}; {worst['column']}"
+        table.append([*cells, f"{percent(worst['covered'])} ({where})"])
     return table
 
 
