@@ -34,6 +34,7 @@ _VAGUE = 0.4  # durations, uncertainty of the first motion that hides a change o
 _BEFORE = (5.0, 0.05)  # times the motion's duration, the rest before it: from, to
 _AFTER = 8.0  # times that, farthest rest after it,
 _LATE = 0.6  # share of the time after the arrival that counts
+_CALMS = 2.0  # durations after the arrival, in which a drive may swing
 _PARTS = 4  # of the rest after a motion, whose means are compared
 _DRIFTS = 0.8  # times the way that a drift goes on, its error
 _TAIL = 0.7  # share of the time after the arrival in which a drive is seen to settle
@@ -228,8 +229,8 @@ class Reading:
     def _drift(self) -> float:
         """How fast the reading is seen to drift late after the motion, mm/ms."""
         parts = self._parts
-        if not parts:
-            return 0.0
+        if not parts or self._end - self.arrival < _CALMS * self.duration:
+            return 0.0  # a swing that dies out may pass for a drift
         ways = np.diff([part.value for part in parts])
         steady = (ways > 0.0).all() or (ways < 0.0).all()
         if not steady or abs(ways.sum()) < _SEEN * self.trace.sd(parts[-1] - parts[0]):
