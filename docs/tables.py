@@ -225,7 +225,8 @@ def measured() -> Rows:
         some = [row for row in rows if (row["motion"], row["quantity"]) == name]
         worst = min(some, key=lambda row: float(row["covered"]))
         unit = "m/s" if "speed" in name[1] else "ms" if "time" in name[1] else "mm"
-        cells = [f"{name[1]}, {name[0]}", f"{float(some[0]['sd']):.2g} {unit}", percent(some[0]["covered"])]
+        sd = f"{float(some[0]['sd']):.2g} {unit}"
+        cells = [f"{name[1]}, {name[0]}", sd, percent(some[0]["covered"])]
         where = f"n = {worst['records']}; {worst['column']}"
         table.append([*cells, f"{percent(worst['covered'])} ({where})"])
     return table
