@@ -9,9 +9,6 @@ import xarray as xr
 from breaker.common.randomness import generator
 from breaker.configuration.definitions import simulated_test
 from breaker.configuration.loading import defaults
-from breaker.diagnosis.changes import QuantityChange
-from breaker.diagnosis.explanations import Explanation
-from breaker.diagnosis.inspection_change import InspectionChange
 from breaker.family.curve_file import write_curve
 from breaker.family.endurance import EnduranceTest
 from breaker.figures import calibration, pairs, style
@@ -23,7 +20,6 @@ from breaker.figures.life import (
     remaining_life,
 )
 from breaker.figures.records import record
-from breaker.figures.reports import comparison
 from breaker.figures.verdict import verdict
 from breaker.paper import validation
 from breaker.paper.calibration import judge_draws
@@ -169,44 +165,6 @@ def test_a_verdict_has_a_bar_where_the_state_is_known(value, new, drawn):
 
 
 # ---- one drive -----------------------------------------------------------------------------------
-
-
-def row(name, change, changed, **more):
-    about = {"name": name, "unit": "mm", "meaning": "a quantity", "motion": ""}
-    about |= {"p_unchanged": 0.4, "p_worse": None, "changed": changed}
-    return QuantityChange(**about | {"change": change, "if_changed": change} | more)
-
-
-@pytest.mark.parametrize("estimated", [True, False])
-def test_two_inspections_are_drawn(estimated):
-    """A row for each quantity. The change of a value that was less than its error is stated in mm,
-    as tables state it.
-    """
-    small = {"before": 0.02, "today": 0.01, "difference": -0.01, "sd": 0.02, "motion": "closing"}
-    large = {"before": 100.0, "today": 101.5, "motion": "closing"}
-    measured = [row("stroke", [1.0, 1.5, 2.0], False, **large)]
-    measured.append(row("over_travel", [-200.0, -50.0, 100.0], False, **small))
-    estimates = [row("f", [-12.0, -10.0, -8.0], True), row("mu", [0.0] * 3, False)]
-    change = InspectionChange(
-        state="estimated" if estimated else "beyond_wear",
-        family="medium_voltage",
-        matches={"closing": {name: {"p_value": 0.5} for name in ("before", "today")}},
-        agreement={"p_value": 1.0, "parameter": ""},
-        settings={"seed": 1, "misfit_p_value": 0.02},
-        records={"closing": {"before": 1, "today": 2}},
-        rejected=(),
-        differences=(),
-        explanations=[Explanation("none", "", 1.0, [0.0] * 3)],
-        measured=measured,
-        inferred=estimates if estimated else [],
-        limits=(),
-        doubts=["a $f$ in a name"],  # no mathematics
-    )
-    figure = comparison(change)
-    assert_drawn(figure)
-    texts = [text.get_text() for text in figure.subfigs[1].axes[1].get_yticklabels()]
-    assert len(texts) == (5 if estimated else 3)  # with its head
-    assert ["−0.01 mm (−0.043 to +0.023)" in text for text in texts[1:3]] == [False, True]
 
 
 def test_a_record_is_drawn_with_its_motions_and_doubtful_samples(tmp_path):

@@ -67,13 +67,6 @@ def test_whole_network_by_hand():
     np.testing.assert_allclose(result, expected, rtol=0, atol=1e-12)
 
 
-@pytest.mark.parametrize("role", ["summary", "inference"])
-def test_an_unknown_kind_is_named(role):
-    wrong = {**NETWORK, role: {**NETWORK[role], "kind": "oracle"}}
-    with pytest.raises(ValueError, match=f"unknown {role} network 'oracle'; known: "):
-        build(wrong, samples=31, dims=5)
-
-
 def own(samples, features):
     """A summary network of a user, as the configuration names it."""
     return torch.nn.Linear(samples, features)

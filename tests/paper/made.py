@@ -59,11 +59,3 @@ def judgement(corrected, curves=JUDGED):
     }
     item = {name: ("curve", value) for name, value in values.items()}
     return xr.Dataset(item, attrs={"motion": "closing"})
-
-
-def contractions(names=NAMES, shift=0.0):
-    """Contraction of the limit, and of amortised and corrected posteriors, around set means."""
-    rng = generator(23, "test", "identifiability")
-    centre = np.array([0.4, 0.87, 0.6, 0.95, 0.85, 0.88, 0.3, 0.93])[: len(names)] - shift
-    sizes = {"limit": 200, "amortised": 50, "corrected": 48}
-    return {name: centre + 0.04 * rng.uniform(-1, 1, (n, len(names))) for name, n in sizes.items()}

@@ -119,10 +119,9 @@ def test_log_prior_is_minus_infinity_outside(model):
     assert np.isneginf(model.log_joint(wild, record)).tolist() == [True] * (2 * q) + [False]
 
 
-def test_drives_too_fast_to_be_simulated_have_no_density(setting):
+def test_drives_too_fast_to_be_simulated_have_no_density(prior, sensor):
     """Within 20 prior sds of a wide prior; the others keep theirs."""
-    wide = {name: item | {"log_sd": 1.5} for name, item in setting["prior"].items()}
-    model = Model.from_settings({**setting, "prior": wide, "motion": "closing"})
+    model = Model(Prior(prior.medians, np.full(P, 1.5)), sensor, "closing")
     record, values = a_record(model)
     z = model.standardise(values)
     alone = model.log_joint(z, record)

@@ -50,19 +50,6 @@ def test_density_changes_variables_once(onset):
         assert np.abs(density + times * new.model.log_scaling(values) - expected).min() > 0.1
 
 
-def test_draws_of_a_curve_do_not_depend_on_the_others(series):
-    """Bit for bit: alone, among others, in any order."""
-    posterior, records = series
-    noise = noise_of(posterior, 5, 40)
-    together = posterior.sample(records, noise)
-    density = posterior.log_prob(together, records)
-    order = np.array([3, 0, 4])
-    some, draws = records[order], together[order]
-    np.testing.assert_array_equal(posterior.sample(some, noise[order]), draws)
-    np.testing.assert_array_equal(posterior.log_prob(draws, some), density[order])
-    assert np.unique(together[:, 0, 0]).size == 5
-
-
 @pytest.mark.parametrize("name", COMBINATIONS)
 def test_a_loaded_model_is_the_saved_one_bit_for_bit(name, tmp_path):
     """Of every inference network, with its frozen inputs, also where its file is written over."""

@@ -122,25 +122,3 @@ def test_functions_are_ridge_regressions():
     np.testing.assert_allclose(chosen.coefficients[2], np.linalg.solve(gram, right), rtol=1e-8)
     bend = np.linalg.solve(gram[:3, :3], features[:3] * weights @ b)
     np.testing.assert_allclose(chosen.coefficients[1], [*bend, 0, 0, 0], rtol=1e-8)
-
-
-# ---- what cannot be fitted -----------------------------------------------------------------------
-
-
-@pytest.mark.parametrize(
-    ("fault", "message"),
-    [
-        (lambda draws, weights: draws.__setitem__((7, 1), np.inf), "finite"),
-        (lambda draws, weights: weights.__setitem__(3, np.nan), "finite"),
-        (lambda draws, weights: draws.__setitem__((..., 2), draws[:, 0] - 2 * draws[:, 1]), "span"),
-        (lambda draws, weights: weights.__setitem__(slice(1, None), 0.0), "span"),
-    ],
-)
-def test_degenerate_draws_are_refused(fault, message):
-    draws = bent(200, 3, generator(1, "test transport", "spoilt"))
-    weights = np.full(200, 1 / 200)
-    fault(draws, weights)
-    with pytest.raises(np.linalg.LinAlgError, match=message):
-        TriangularMap.fit(draws, weights)
-    with pytest.raises(np.linalg.LinAlgError, match="span"):
-        TriangularMap.fit(np.eye(3))

@@ -74,10 +74,7 @@ def test_draws_that_are_all_the_same_have_no_score():
     data = validation()
     draws = data.draws.values.copy()
     draws[:3] = draws[:3, :1]
-    some = data.assign(draws=(data.draws.dims, draws))
-    assert with_width(some).sizes["curve"] == N - 3
-    both = [quality(item, None, CONTRACTION, **SCALE) for item in (some, data)]
-    assert both[0].z_sd.to_numpy() == pytest.approx(both[1].z_sd.to_numpy(), rel=0.02)
+    assert with_width(data.assign(draws=(data.draws.dims, draws))).sizes["curve"] == N - 3
     for faulty, words in ((draws[:3], "no width"), (-draws[3:6], "must be positive")):
         with pytest.raises(ValueError, match=words):
             scores(faulty, data.truth.values[:3], **SCALE)
