@@ -1,5 +1,7 @@
 """First motions: nearly unbiased, as uncertain as stated, or refused."""
 
+from contextlib import suppress
+
 import numpy as np
 import pytest
 
@@ -35,20 +37,9 @@ def records(request, prior, sensor):
     return time, sensor.corrupt(exact, rng), moves, theta, motion
 
 
-def changed(records, change, n=CURVES):
-    """Errors of records after a change of ``(time, record, start)``, ms; nan where refused."""
-    time, measured, moves, _, motion = records
-    result = []
-    for record, start in zip(measured[:n], moves[:n], strict=True):
-        try:
-            result.append(start_of(*change(time, record.copy(), start), motion) - start)
-        except UnusableError:
-            result.append(np.nan)
-    return np.array(result)
-
-
 def test_it_is_nearly_unbiased_and_precise(records):
-    error = changed(records, lambda time, record, start: (time, record))
+    time, measured, moves, _, motion = records
+    error = [start_of(time, record, motion) for record in measured] - moves
     assert abs(error.mean()) <= LARGEST_BIAS
     assert error.std() <= LARGEST_SD
     assert np.abs(error).max() < 0.8
@@ -105,13 +96,15 @@ def test_a_counter_at_any_rate(records, quantum, every):
 
 @pytest.mark.parametrize("gap", [(0.0, 5.0), (-1.0, 1.4), (0.5, 3.0), (-100.0, 0.5)])
 def test_a_start_in_a_gap_is_refused(records, gap):
-    def change(time, record, start):
+    """Or right, in at most one of 30."""
+    time, measured, moves, _, motion = records
+    errors = []
+    for record, start in zip(measured[:FEW], moves, strict=False):
         inside = (time > start + gap[0]) & (time < start + gap[1])
-        return time, np.where(inside, np.nan, record)
-
-    error = changed(records, change, FEW)
-    assert np.isnan(error).mean() > 0.95
-    assert np.nanmax(np.abs(np.append(error, 0.0))) < 0.7
+        with suppress(UnusableError):
+            errors.append(start_of(time, np.where(inside, np.nan, record), motion) - start)
+    assert len(errors) < 0.05 * FEW
+    assert all(abs(error) < 0.7 for error in errors)
 
 
 # ---- how uncertain it is ---------------------------------------------------------------------

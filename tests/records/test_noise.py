@@ -15,7 +15,7 @@ from breaker.model.prior import Prior
 from breaker.records.first_motion import first_motion
 from breaker.records.measurements import measure_curve
 from breaker.records.noise import noise_at_rest, noise_remarks, ripple_of
-from tests.raws import raw_of
+from tests.raws import raw_of, swinging
 
 
 def rest(rng, count=80, sd=0.1, colour=0.0):
@@ -53,18 +53,15 @@ PLANTED = {
     "a fifth of the noise": (lambda rng: rest(rng, 90, 0.02), "calmer"),
     "coloured": (lambda rng: rest(rng, 300, colour=0.85), "coloured"),
     "smoothed over 1 ms": (lambda rng: np.convolve(rest(rng, 89), np.full(10, 0.1)), "coloured"),
+    "too little rest": (lambda rng: rest(rng, 5), "few-at-rest"),
+    "no sample at rest": (lambda rng: rest(rng, 50, np.nan), "few-at-rest"),
 }
 
 
-@pytest.mark.parametrize("name", PLANTED)
-def test_planted_faults_are_remarked_on(name):
-    make, code = PLANTED[name]
-    rng = generator(4, "planted", name)
+@pytest.mark.parametrize(("make", "code"), PLANTED.values(), ids=PLANTED)
+def test_planted_faults_are_remarked_on(make, code):
+    rng = generator(4, "planted", code)
     assert sum(code in remarks(make(rng)) for _ in range(100)) >= 70
-
-
-def test_too_little_rest_is_a_remark():
-    assert remarks(np.zeros(5)) == remarks(np.full(50, np.nan)) == ["few-at-rest"]
     assert remarks(np.zeros(50)) == []  # no noise is no error
 
 
@@ -72,8 +69,7 @@ def test_too_little_rest_is_a_remark():
 
 STEP, STROKE = 0.1, 160.0
 TIME = STEP * np.arange(900)
-RISE = np.clip((TIME - 20.0) / 45.0, 0.0, 1.0)
-WAY = STROKE * RISE**2 * (3.0 - 2.0 * RISE)
+WAY = swinging(TIME - 20.0, STROKE, 45.0)
 FAST = np.gradient(WAY) / np.gradient(WAY).max()
 
 

@@ -23,19 +23,15 @@ def quantities(trace):
     return rest, begin, speed, trace.at(end)
 
 
-def test_exact_curves():
-    values = [quantity.value for quantity in quantities(trace_of(CURVE, noise=1e-3))]
-    begin, end = 30.0 + 4.0 * np.arctanh(np.array([2.0, 9.0]) / 7.0 - 1.0)
-    assert values == pytest.approx([0.0, begin, 7.0 / (end - begin), 9.0], abs=2e-3)
-
-
 @pytest.mark.parametrize("colour", [0.0, 0.6])
 def test_stated_uncertainties(colour):
     """Of 300 draws, the mean square in stated sds has an sd of 8 %; 1.35 and 0.65 are 4 sd off,
     but for the error of local fits, which is stated too.
     """
     rng, scores = np.random.default_rng(1), []
+    begin, end = 30.0 + 4.0 * np.arctanh(np.array([2.0, 9.0]) / 7.0 - 1.0)
     exact = [quantity.value for quantity in quantities(trace_of(CURVE, noise=1e-3))]
+    assert exact == pytest.approx([0.0, begin, 7.0 / (end - begin), 9.0], abs=2e-3)
     for _ in range(300):
         noise = rng.standard_normal(TIME.size)
         noise[1:] *= np.sqrt(1.0 - colour**2)

@@ -30,13 +30,8 @@ def records():
     rng = np.random.default_rng(31)
     for number in (0, 1, 3, 4):
         time, travel, start = closing(number, slow=number != 4, strokes=(60.0, 150.0))
-        yield (
-            f"slow {number}",
-            time,
-            travel,
-            "closing",
-            ContactTimes(start + 50.0, 0.1, trigger=5.0),
-        )
+        contact = ContactTimes(start + 50.0, 0.1, trigger=5.0)
+        yield f"slow {number}", time, travel, "closing", contact
     time = np.arange(0.0, 200.0, 0.2)
     noise = 0.05 * rng.standard_normal(time.size)
     drive = 13.5, 12.0, 0.12, 1.2
@@ -60,12 +55,8 @@ def records():
     for name, sd in (("counter", 0.0), ("noisy counter", 0.15)):
         noisy = 170.0 - way + sd * rng.standard_normal(time.size)
         yield name, time, 0.4 * np.round(noisy / 0.4), "opening", contact
-    for name, ends in (
-        ("clipped", (9.0, 999.0)),
-        ("ends late", (10.0, 999.0)),
-        ("ends first", (0.0, 170.0)),
-    ):
-        yield name, time, np.clip(170.0 - way + noise, *ends), "opening", contact
+    for name, low, high in (("clipped", 9, 999), ("ends late", 10, 999), ("ends first", 0, 170)):
+        yield name, time, np.clip(170.0 - way + noise, low, high), "opening", contact
     seldom = slice(None, None, 5)
     yield "1 kHz", time[seldom], (170.0 - way + noise)[seldom], "opening", contact
 
@@ -75,12 +66,9 @@ def readings():
     rows = []
     for name, time, travel, motion, contact in records():
         speeds = speeds_of({key: ends for key, ends in POINTS.items() if motion in key})
-        shown = measure_curve(time, travel, motion, contact=contact, speeds=speeds)
-        rows += [
-            (name, quantity, value, sd)
-            for quantity, (value, sd, reason) in shown.items()
-            if not reason
-        ]
+        measured = measure_curve(time, travel, motion, contact=contact, speeds=speeds)
+        shown = {key: item for key, item in measured.items() if not item.reason}
+        rows += [(name, quantity, value, sd) for quantity, (value, sd, _) in shown.items()]
         start = start_interval(time, travel, motion)
         rows.append((name, "start", start.early, start.late))
     return pd.DataFrame(rows, columns=["record", "quantity", "value", "sd"])
