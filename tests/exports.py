@@ -11,7 +11,7 @@ import numpy as np
 
 USUAL = {"rate": 10.0, "stroke": 178.0, "motions": ("closing",), "length": 400.0, "seed": 0}
 USUAL |= {"noise": 0.1, "channels": 3, "trip": 30.0, "ratio": 1.0, "unused": "zeros"}
-USUAL |= {"zero": 0.0, "sign": 1}  # where the open breaker rests, and which way it closes
+USUAL |= {"zero": 0.0}  # where the open breaker rests
 STATED = {"date": "14/03/2021", "clock": "10:42:17", "serial": "HV-20417", "bay": "Bay 4"}
 STATED |= {"results": {}, "plot": None}
 
@@ -46,7 +46,7 @@ def record(**given):
                 sign, duration = (1, 62.0) if m == "closing" else (-1, 38.0)
                 y += sign * way(t, on + 25.0 + 0.4 * i, duration)
             exact.append(of["stroke"] * (1 + 0.002 * i) * y * of["ratio"])
-            reading = of["sign"] * exact[i] + of["zero"] + of["noise"] * rng.normal(size=t.size)
+            reading = exact[i] + of["zero"] + of["noise"] * rng.normal(size=t.size)
         elif of["unused"] == "zeros":
             reading = np.zeros(t.size)
         else:
@@ -85,9 +85,9 @@ def preamble(**given):
     ]
     lines = [",".join(f"{a},{b or ''},," for a, b in row) for row in pairs] + [",,,"]
     if of["results"]:
-        lines += ["Travel Analysis,,,"]
-        lines += ["Parameter," + ",".join(f"CH{i + 1}" for i in range(of["channels"])) + ",,"]
-    for name, values in (of["results"] or {}).items():
+        channels = ",".join(f"CH{i + 1}" for i in range(of["channels"]))
+        lines += ["Travel Analysis,,,", f"Parameter,{channels},,"]
+    for name, values in of["results"].items():
         lines.append(name + "," + ",".join(f"{v:.2f}" for v in values) + ",,")
     return lines + [",,,"] * (43 - len(lines))
 

@@ -16,22 +16,14 @@ def raw_of(way, step, moves, motion="closing"):
     segment = Segment(0, len(way), float(known[0]), float(known[-1]), 0.0, np.nan)
     time = step * np.arange(len(way))
     located = motion, time, whole, np.full(len(way), ""), 0.0, segment, moves, 0.0
-    return Record(
-        *located,
-        Operation(1, "a.csv"),
-        {"travel_column": "way"},
-        0.0,
-        ContactTimes(),
-        Currents(time),
-        (),
-    )
+    about = Operation(1, "a.csv"), {"travel_column": "way"}, 0.0, ContactTimes(), Currents(time), ()
+    return Record(*located, *about)
 
 
-def smooth(rng, motion="closing", *, stroke=80.0, noise=1e-3, late=0.0, bump=0.0, **more):
-    """A motion of 10 ms from 10 to 90 %, or slower, with noise and a bump in shares of its way."""
-    time = np.arange(0.0, more.get("until", 60.0), 0.1)
-    rise = np.clip((time - 20.0 - late) / (15.0 * more.get("slow", 1.0)), 0.0, 1.0)
-    way = rise**2 * (3.0 - 2.0 * rise) + bump * np.exp(-np.square(time - late - 27.0))
+def smooth(rng, motion="closing", *, stroke=80.0, noise=1e-3, late=0.0, bump=0.0, until=60.0):
+    """A motion of 10 ms from 10 to 90 %, with noise and a bump in shares of its way."""
+    time = np.arange(0.0, until, 0.1)
+    way = swinging(time - 20.0 - late, 1.0, 15.0) + bump * np.exp(-np.square(time - late - 27.0))
     way = stroke * (way + noise * rng.standard_normal(time.size))
     return raw_of(way, 0.1, 19.0 + late, motion)
 

@@ -55,24 +55,26 @@ def file(tmp_path):
     return tmp_path / "a.xlsx"
 
 
-def test_the_visible_sheet_with_the_columns_is_read_and_others_are_named(file):
+def test_the_first_visible_sheet_with_the_columns_is_read_and_others_are_named(file):
     """Planted: a hidden sheet with the same columns stands first."""
     samples = [*SAMPLES[:10], (SAMPLES[10][0], None), *SAMPLES[11:]]
     sheets = {
         "old": [NAMES, *((t, 7.0) for t in TIME.tolist())],
         "results": [["No.", "speed"], *([i, 1.5] for i in range(30))],
         "record": [[], ["Zeit und Weg"], [], NAMES, *samples, [], []],
+        "again": [NAMES, *SAMPLES[::-1]],  # of the same columns the first are read
         "blank": [],
         "cover": [["Station", "North"], ["Bay", 4]],  # fewer rows hold no motion
     }
     workbook(file, sheets, hidden=["old"])
     columns = read(file)
+    assert len(look_into(file).remarks) == 1
     np.testing.assert_array_equal(columns.time, TIME)
     expected = np.where(np.arange(60) == 10, np.nan, TRAVEL)
     np.testing.assert_array_equal(columns.travel, expected)
     assert columns.lines[0] == 5
     (remark,) = columns.remarks
-    assert [name for name in sheets if repr(name) in remark] == ["results", "record"]
+    assert [name for name in sheets if repr(name) in remark] == ["results", "record", "again"]
     workbook(file, {"a": [["t", "s"], [0.0, 1.0], [0.1, 1.0]], "b": []})
     refused(file)
 
@@ -81,14 +83,6 @@ def test_texts_are_held_to_the_decimal_sign_and_numbers_are_not(file):
     workbook(file, {"record": [NAMES, *SAMPLES[:20], (2.0, "0,25")]})
     assert read(file, decimal=",").travel.tolist() == [*TRAVEL[:20].tolist(), 0.25]
     assert ", line 22: " in refusal(file, lambda: read(file))
-
-
-def test_of_sheets_with_the_same_columns_the_first_is_read_with_a_remark(file):
-    workbook(file, {"Close": [NAMES, *SAMPLES], "Open": [NAMES, *SAMPLES[::-1]]})
-    columns = read(file)
-    np.testing.assert_array_equal(columns.travel, TRAVEL)
-    assert "'Open'" in columns.remarks[0]
-    assert "'Open'" in look_into(file).remarks[0]
 
 
 def test_of_a_formula_its_value_is_read_and_without_one_it_is_refused(file):
