@@ -12,7 +12,7 @@ from breaker.diagnosis.limits import NORMAL, Verdict, worst
 from breaker.diagnosis.result import RecordResult, Result, Value, accepted, operations_of
 from breaker.diagnosis.words import say
 from breaker.model.parameters import PARAMETERS
-from breaker.model.quantities import EVENTS, INFERRED, OF_STROKE
+from breaker.model.quantities import EVENTS, INFERRED, OF_STROKE, in_words
 
 _PRIOR = 0.8  # share of the prior's variance: above it, 90 % of an interval's width are the prior's
 _PRESENT = 0.9  # probability from which on an effect is listed: one in ten may be absent
@@ -57,29 +57,59 @@ def grouped(notes: Iterable[tuple[str, Note]], everyone: Collection[str]) -> lis
 
 
 def verdict_of(result: Result) -> Cell:
-    """Return the verdict on all limits, and the limits that decide it, in one line."""
+    """Return the verdict on all limits, and the values that decide it, in one line."""
     if not (verdict := result["verdict"]):
         return Cell(say("no-limits"), "faint")
-    limits, label = _limits_of(result), RESULTS[verdict]
+    groups: dict[tuple, list[tuple[str, Verdict]]] = {}
+    for record in accepted(result):
+        for limit in record.get("limits", ()):
+            if limit["verdict"] == verdict:
+                key = record["motion"], limit["name"], limit["words"]
+                groups.setdefault(key, []).append((record.get("phase", ""), limit))
+    texts = [_limit_in_words(motion, some) for (motion, *_), some in groups.items()]
     poles = [e for e in result["simultaneity"] if "limit" in e]
     judged = [e for e in poles if e.get("verdict", "inconclusive") == verdict]
-    if verdict == "pass":
-        count = len(limits) + len(judged)
-        words = say("within-limits", count=count, s="s" * (count > 1))
-        return Cell(f"{label}: {words}", label.tone)
-    texts = [
-        f"{name}{word.removeprefix(label)} {value} {unit}".rstrip() + f" ({passes})"
-        for name, word, value, _, passes, unit in limits_table(limits).rows
-        if word.startswith(label)
-    ]
     texts += map(simultaneity_in_words, judged)
-    more = f" and {len(texts) - _NAMED} more" * (len(texts) > _NAMED)
-    return Cell(f"{label}: " + "; ".join(texts[:_NAMED]) + more, label.tone)
+    count = sum(map(len, groups.values())) + len(judged)
+    more = len(texts) - _NAMED
+    words = "; ".join(texts[:_NAMED]) + f" and {more} more" * (more > 0)
+    if verdict == "pass":
+        words = say("within-limits", count=count, s="s" * (count > 1))
+    return Cell(f"{RESULTS[verdict]}: {words}", RESULTS[verdict].tone)
 
 
-def _limits_of(result: Result) -> list[tuple[str, Verdict]]:
-    """Return verdicts on the limits of all records, each with its phase."""
-    return [(e.get("phase", ""), limit) for e in result["records"] for limit in e.get("limits", ())]
+def _limit_in_words(motion: str, some: Sequence[tuple[str, Verdict]]) -> str:
+    """Return a limit with values and bounds, as "closing stroke R 176, Y 178 mm (180 to 184)".
+
+    Args:
+        motion: Motion of the limit.
+        some: Phase and verdict of each pole.
+    """
+    texts, (_, first) = [], some[0]
+    for k, part in enumerate(first["parts"]):
+        known = [(phase, limit["parts"][k]["value"]) for phase, limit in some]
+        values = [f"{phase} {in_digits(v, 4)}".strip() for phase, v in known if v is not None]
+        words = [in_words(part["quantity"]), first_of(values, _MOST), _unit(part["unit"])]
+        if not values:
+            words[1:] = [say("not-measured")]
+        words.append(f"({bounds_in_words(part['bounds'])})")
+        texts.append(" ".join(filter(None, words)))
+    words = " and ".join(texts)
+    named = in_words(first["parts"][0]["quantity"]) not in in_words(first["name"])
+    about = f"{first['name']}:" * named, motion * (motion not in words), words
+    return " ".join(filter(None, about))
+
+
+def bounds_in_words(bounds: Sequence[float | None]) -> str:
+    """Return two bounds, of which one may be None, in words.
+
+    >>> bounds_in_words((170.0, 184.0)), bounds_in_words((None, 184.0))
+    ('170 to 184', 'at most 184')
+    """
+    low, high = (None if bound is None else in_digits(bound, 6) for bound in bounds)
+    if low and high:
+        return f"{low} to {high}"
+    return f"at least {low}" if low else f"at most {high}"
 
 
 # ---- measured values -----------------------------------------------------------------------------
@@ -289,7 +319,9 @@ def document_of(
     more = len(every) - len(shown)
     said = [say("more-operations", count=more, shown=_SHOWN)] if more else []
     parts = [measured_table(title_of(group), group) for group in shown]
-    parts += [limits_table(_limits_of(result)), Table(title="Simultaneity of poles", notes=poles)]
+    records = result["records"]
+    limits = [(e.get("phase", ""), limit) for e in records for limit in e.get("limits", ())]
+    parts += [limits_table(limits), Table(title="Simultaneity of poles", notes=poles)]
     after = [*changes, remarks_table(result, said), rejected_table(result), state_table(result)]
     warnings = [*grouped((("", note) for note in result["warnings"]), ()), *doubts]
     summary = [Cell(f"WARNING: {text}", "bad") for text in dict.fromkeys(warnings)]

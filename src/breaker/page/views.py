@@ -22,7 +22,6 @@ from breaker.common.text import bare, visible_text
 from breaker.diagnosis.identity import nameplate
 from breaker.diagnosis.inspection_change import change_tables
 from breaker.diagnosis.report import report_of
-from breaker.diagnosis.result import Result
 from breaker.diagnosis.tables import (
     limits_table,
     rejected_table,
@@ -107,14 +106,9 @@ def _verdict(asked: Asked) -> Answer:
         reason = str(error).splitlines()[-1].strip()
         return {"verdict": "unread", "text": f"not readable: {visible_text(reason)}"}
     rejected = [str(record["reason"]) for record in result["records"] if not record["accepted"]]
-    verdict = _in_words(result) if result["verdict"] else "no limits"
+    verdict = verdict_of(result) if result["verdict"] else "no limits"
     text = "; ".join([verdict, *rejected[:1]])
     return {"verdict": result["verdict"] or "none", "text": visible_text(text)}
-
-
-def _in_words(result: Result) -> str:
-    """Return the verdict without underscores of names."""
-    return verdict_of(result).replace("_", " ")
 
 
 def _inspection(asked: Asked) -> Answer:
@@ -168,7 +162,7 @@ def _results(asked: Asked, *, with_model: bool) -> Answer:
     tables, remarks = [values.table_of(tab, diagnosis) for tab in tabs], remarks_table(result)
     others = limits_table(values.other_limits(tables, result["records"]))
     others = _document([others, rejected_table(result)])
-    verdict, words = result["verdict"] or "none", _in_words(result)
+    verdict, words = result["verdict"] or "none", verdict_of(result)
     parts = {
         "verdict": _page("verdict.html", verdict=verdict, words=words, warnings=result["warnings"]),
         "values": _page("values.html", tables=tables, others=others),
