@@ -5,7 +5,6 @@ import http.client
 import json
 import re
 import threading
-from contextlib import ExitStack, contextmanager
 from types import SimpleNamespace
 from urllib.parse import parse_qs
 
@@ -69,27 +68,20 @@ class Page:
         return self.get(path, "POST", body, Origin=self.origin, **headers)
 
 
-@contextmanager
-def served(own, config):
-    """A page of a folder of one file, in a thread."""
-    (own / "curves").mkdir()
-    line(own / "curves" / "line.csv")
-    server = PageServer(Views(own / "curves", own, config).session)
+@pytest.fixture
+def page(folder, tmp_path):
+    """A page of a folder of one file, served in a thread, and that folder."""
+    curves = tmp_path / "curves"
+    curves.mkdir()
+    line(curves / "line.csv")
+    server = PageServer(Views(curves, tmp_path, folder / "few.yaml").session)
     loop, ended = asyncio.new_event_loop(), asyncio.Event()
     thread = threading.Thread(target=loop.run_until_complete, args=(server.serve(ended),))
     thread.start()
-    yield Page(server.address), own / "curves"
+    yield Page(server.address), curves
     loop.call_soon_threadsafe(ended.set)
     thread.join()
     loop.close()
-
-
-@pytest.fixture
-def opened(folder, tmp_path_factory):
-    """Opens pages, and ends them."""
-    with ExitStack() as stack:
-        new = tmp_path_factory.mktemp
-        yield lambda: stack.enter_context(served(new("served"), folder / "few.yaml"))
 
 
 def line(path, header="time (ms),travel (mm)", spike=0.0):

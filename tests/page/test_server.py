@@ -16,12 +16,12 @@ LIMIT = '{"type": "T", "key": "limits.closing stroke", "ends": ["1", "2"]}'
 PAGES = ("/", f"/inspection?{LINE}", f"/values?{LINE}", f"/curves?{LINE}&tab=0", "/static/page.js")
 
 
-def test_nobody_else_is_answered_and_nothing_is_loaded_from_elsewhere(opened):
-    page, _ = opened()
-    other = opened()[0].cookie
+def test_nobody_else_is_answered_and_nothing_is_loaded_from_elsewhere(page):
+    page, _ = page
     refused = [{"Origin": name} for name in ("http://evil.example", "null")]
     refused += [{"Host": name} for name in (HOST, f"evil.example:{page.port}")]
-    refused += [{"Cookie": name} for name in ("", f"breaker-{page.port}=guessed", other)]
+    cookies = ("", f"breaker-{page.port}=guessed", f"breaker-1={page.token}")
+    refused += [{"Cookie": cookie} for cookie in cookies]
     for path in PAGES:
         assert {page.get(path, **item).status for item in refused} == {403}
         result = page.get(path)
@@ -34,8 +34,8 @@ def test_nobody_else_is_answered_and_nothing_is_loaded_from_elsewhere(opened):
     assert {"HttpOnly", "SameSite=Strict"} <= {*right.headers["Set-Cookie"].split("; ")}
 
 
-def test_nothing_is_changed_for_another_page_or_by_another_method(opened):
-    page, folder = opened()
+def test_nothing_is_changed_for_another_page_or_by_another_method(page):
+    page, folder = page
     for headers in ({}, {"Origin": "http://evil.example"}):
         assert page.get("/set", "POST", LIMIT, **headers).status == 403
     for path in ("/set", "/static/..%2f__init__.py", "/none"):
@@ -45,8 +45,8 @@ def test_nothing_is_changed_for_another_page_or_by_another_method(opened):
     assert not [*folder.parent.glob("types.yaml")]
 
 
-def test_what_changes_or_goes_while_it_is_shown_is_said(opened):
-    page, folder = opened()
+def test_what_changes_or_goes_while_it_is_shown_is_said(page):
+    page, folder = page
     before = page.get(PAGES[2]).text
     line(folder / "line.csv", spike=20.0)
     assert page.get(PAGES[2]).text != before
@@ -62,8 +62,8 @@ def test_what_changes_or_goes_while_it_is_shown_is_said(opened):
         assert page.get(path).status == 404
 
 
-def test_records_are_never_changed_and_windows_do_not_disturb_each_other(opened):
-    page, folder = opened()
+def test_records_are_never_changed_and_windows_do_not_disturb_each_other(page):
+    page, folder = page
 
     def state():
         return [(file, file.stat().st_mtime_ns, file.read_bytes()) for file in folder.iterdir()]
@@ -101,8 +101,8 @@ def test_the_example_leads_to_a_sheet_and_no_request_leaves_the_machine(folder, 
         assert process.stderr.read() == ""
 
 
-def test_what_hinders_the_command_is_said_on_one_line(opened, capsys):
-    page, folder = opened()
+def test_what_hinders_the_command_is_said_on_one_line(page, capsys):
+    page, folder = page
     for words in ([folder / "none"], [folder, "--example"], [folder, "--port", page.port]):
         assert main(["view", *map(str, words)]) == 1
         assert capsys.readouterr().err.count("\n") == 1
