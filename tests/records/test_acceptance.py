@@ -4,18 +4,17 @@ import pytest
 
 from breaker.common.document import text_of
 from breaker.configuration.definitions import simulated_test
+from breaker.configuration.loading import defaults
 from breaker.family.curve_file import write_curve
 from breaker.family.endurance import EnduranceTest
 from breaker.records.acceptance import check_folder, document_of
 
-SENSOR = {"start": -2.0, "stop": 58.0, "samples": 151, "noise_sd": 0.1}
-SENSOR |= {"onset_sd": 0.3, "zero_sd": 0.1}
 ENDURANCE = {"format": {}, "breaker": None, "phase": None, "events": {}}
 
 
 @pytest.fixture(scope="module")
-def life(defaults):
-    return EnduranceTest.from_settings(simulated_test(defaults), seed=1)
+def life():
+    return EnduranceTest.from_settings(simulated_test(defaults()), seed=1)
 
 
 @pytest.fixture
@@ -30,7 +29,7 @@ def folder(tmp_path, life):
 
 
 def check(folder, motions=("closing", "opening"), **endurance):
-    return check_folder(folder, {**ENDURANCE, **endurance}, SENSOR, motions)
+    return check_folder(folder, {**ENDURANCE, **endurance}, defaults()["sensor"], motions)
 
 
 def listed_in(folder, head, *rows):

@@ -8,10 +8,8 @@ from scipy.signal import lfilter
 
 from breaker.common.randomness import generator
 from breaker.configuration.definitions import family_of
-from breaker.configuration.loading import load
 from breaker.family.drive_family import Family
 from breaker.family.inputs import normalise_record
-from breaker.model.prior import Prior
 from breaker.records.first_motion import first_motion
 from breaker.records.measurements import measure_curve
 from breaker.records.noise import noise_at_rest, noise_remarks, ripple_of
@@ -90,7 +88,7 @@ def test_the_size_of_a_ripple(period, amplitude):
     assert still < 0.2 * swinging
 
 
-def test_noise_bumps_kinks_and_drives_have_hardly_any_ripple():
+def test_noise_bumps_kinks_and_drives_have_hardly_any_ripple(prior, defaults):
     """Of 200 drives of the family at most 2 % swing as much themselves; of others none.
 
     Drives whose friction is complete only at some speed swing more often (23 of 1,000), and are
@@ -101,11 +99,9 @@ def test_noise_bumps_kinks_and_drives_have_hardly_any_ripple():
     ways += [np.minimum(WAY, 0.6 * STROKE + 0.5 * (WAY - 0.6 * STROKE)) / 0.8]
     ways += [WAY[::40], np.full(TIME.size, np.nan)]
     assert not any(ripple_of(way / STROKE) for way in ways)
-    config, rng = load(), generator(4, "ripple")
-    definition = family_of(config["family"]["name"])
+    definition, rng = family_of(defaults["family"]["name"]), generator(4, "ripple")
     effects = {name: of for name, of in definition["effects"].items() if name != "friction_speed"}
-    family = Family(Prior.from_settings(config["prior"]), definition | {"effects": effects})
-    times = np.arange(-5.0, 100.0, 0.05)
+    family, times = Family(prior, definition | {"effects": effects}), np.arange(-5.0, 100.0, 0.05)
     drives = [family.new(rng).travel("closing", times) for _ in range(200)]
     assert sum(ripple_of(way / way[-1]) > 0.0 for way in drives) <= 4
 

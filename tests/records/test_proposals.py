@@ -20,11 +20,6 @@ MOTIONS = ("closing", "opening")
 STROKE = 178.0  # mm
 
 
-def proposed(proposal):
-    """The settings of a proposal as they are printed."""
-    return yaml.safe_load(overlay_of(proposal))["endurance"]["format"]
-
-
 # ---- a table of exports --------------------------------------------------------------------------
 
 
@@ -105,14 +100,13 @@ def columns_of(time, export):
         share += (1 if letter == "C" else -1) * way(time, begin, 60.0, over=over)
     noise = np.random.default_rng(0).normal(0.0, 0.05, time.size)
     travel = export.closed + (-1.0 if export.closed else 1.0) * STROKE * share + noise
-    digits = export.digits
     return {
         "t": [f"{t:.1f}" for t in time],
         "s": [f"{t / 1e3:.5f}" for t in time],
         "u": [f"{1e3 * t:.0f}" for t in time],
         "n": [str(i) for i in range(time.size)],
         "d": ["20/11/2024 15:13"] * time.size,
-        "x": [f"{x / export.unit:.{digits}f}" for x in travel],
+        "x": [f"{x / export.unit:.{export.digits}f}" for x in travel],
         "c": ["1" if s > 0.45 else "0" for s in share],
     }
 
@@ -128,18 +122,18 @@ def test_what_is_proposed_for_an_export_reads_it(tmp_path, name):
     file = tmp_path / export.name
     file.write_text("\n".join([*filter(None, [export.head]), *lines, ""]), export.encoding)
     proposal = inspect_file(file, SENSOR)
-    assert {key: proposal.settings.get(key) for key in export.settings} == export.settings
+    assert proposal.settings | export.settings == proposal.settings
     assert [*proposal.lacking] == [*export.lacking]
     motions = "".join(item.motion[0].upper() for item in proposal.motions)
     assert motions == export.kind * (len(export.phases.split()) or 1)
     if export.phases:
         assert " ".join(name for name, _ in travel_channels(file).values()) == export.phases
-    settings = proposed(proposal) | export.lacking | {"stroke": None}
+    printed = yaml.safe_load(overlay_of(proposal))["endurance"]["format"]
+    settings = printed | export.lacking | {"stroke": None}
     for item in proposal.motions:
         reader = Reader(settings | {"travel_column": item.column})
         operation = Operation(1, file, begin=item.begin, end=item.end)
-        record = reader.read(operation, item.motion)
-        assert record.segment.stroke == pytest.approx(STROKE, abs=0.5)
+        assert reader.read(operation, item.motion).segment.stroke == pytest.approx(STROKE, abs=0.5)
 
 
 # ---- motions and channels ------------------------------------------------------------------------
