@@ -5,7 +5,6 @@ import sys
 from functools import partial
 
 import numpy as np
-import pandas as pd
 import pytest
 
 from breaker.records.files import Opened
@@ -86,29 +85,6 @@ def test_a_file_of_another_kind_is_refused_with_the_remedy(tmp_path, ending, rem
     file = tmp_path / f"a{ending}"
     file.write_bytes(b"time,travel\ns,mm\n0.1,1\n0.2,2\n")
     assert remedy in refusal(file, lambda: read_columns(file, complete({})))
-
-
-def test_contact_and_trigger_of_any_kind_of_file(tmp_path):
-    """By name or number."""
-    contact, coil = np.where(TIME > 3, 4e-5, 9.9e37), (TIME > 1) * 2.5  # of resistance, in ohm
-    contact[TIME < 0.35] = np.nan
-    table = np.column_stack([TIME, TRAVEL, contact, coil])
-    table = np.insert(table, 20, [np.nan, 7, 7, 7], axis=0)  # without a time, it is not a sample
-    head = ["time [ms]", "travel [mm]", "Main contact", "Coil (A)"]
-    text, unnamed, book = (tmp_path / name for name in ("a.csv", "b.csv", "a.xlsx"))
-    np.savetxt(text, table, delimiter=",", header=",".join(head), comments="")
-    np.savetxt(unnamed, table, delimiter=",")
-    pd.DataFrame(table, columns=head).to_excel(book, index=False)
-    named = {"time_unit": "ms", "contact_column": "main contact", "trigger_column": 4}
-    numbers = {"time_column": 1, "travel_column": 2, "contact_column": 3, "trigger_column": 4}
-    for file, settings in ((text, named), (book, named), (unnamed, {**named, **numbers})):
-        columns = read_columns(file, complete(settings))
-        np.testing.assert_array_equal(columns.paired["contact"], contact)
-        np.testing.assert_array_equal(columns.paired["trigger"], coil)
-        np.testing.assert_array_equal(columns.travel, TRAVEL)
-        zero = read_columns(file, complete({**settings, "trigger_column": 0}))
-        assert zero.paired.keys() == {"contact"}
-    refusal(text, lambda: read_columns(text, complete({**named, "contact_column": "mian"})))
 
 
 @pytest.mark.parametrize(("name", "package"), [("excel", "openpyxl"), ("netcdf", "h5py")])

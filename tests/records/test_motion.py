@@ -115,16 +115,3 @@ def test_a_truncated_record_is_taken_once_the_drive_has_slowed_down(motion):
     for end in np.arange(23.0, time[fastest] + 0.5, 0.5):
         with pytest.raises(UnusableError):
             find_segment(time[time < end], travel[time < end], motion)
-
-
-def test_single_samples_and_bursts_and_gaps_do_not_matter():
-    time, clean = record({30.0: "closing", 130.0: "opening"}, 220.0)
-    travel = clean.copy()
-    travel[100:108] += 8.0
-    travel[[700, *range(900, 905)]] = -30.0
-    travel[[*range(380, 385), *range(1000, 1080)]] = np.nan
-    for motion in MOTIONS:
-        before, segment = (find_segment(time, reading, motion) for reading in (clean, travel))
-        assert abs(segment.begin - before.begin) < 10
-        assert abs(segment.end - before.end) < 10
-        assert segment.stroke == pytest.approx(before.stroke, abs=0.05)

@@ -138,7 +138,10 @@ def test_words_for_two_states_are_0_and_1(file, words):
     states = np.arange(40) > 20
     rows = [f"{row},{words.split()[closed]}" for row, closed in zip(ROWS, 1 * states, strict=True)]
     put(file, ["time,travel,contact", *rows])
-    np.testing.assert_array_equal(read(file, contact_column="contact").paired["contact"], states)
+    for column in ("contact", 3):
+        paired = read(file, contact_column=column, trigger_column=0).paired
+        np.testing.assert_array_equal(paired.pop("contact"), states)
+        assert not paired  # the record starts with the trigger
     put(file, ["time,travel,contact", *rows[:-1], f"{ROWS[-1]},?"])
     assert refused(file, contact_column="contact")
 

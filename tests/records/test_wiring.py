@@ -4,10 +4,9 @@ import numpy as np
 import pytest
 
 from breaker.records.channels import Travel, Wiring
-from breaker.records.description import travel_channels
 from breaker.records.motion import Course
 from breaker.records.sheet import Sheet
-from tests.exports import way, write
+from tests.exports import way
 
 TIME = np.arange(0.0, 400.0, 0.2)
 RISES = 100.0 * (way(TIME, 50.0, 60.0) - way(TIME, 240.0, 40.0))
@@ -112,11 +111,3 @@ def test_rows_above_the_columns_state_which_contact_belongs_to_which_travel(shif
     assert first["current_column"] == "DCRM Current CH2 in Amp"
     assert second["contact_column"] == "DCRM Res CH4"
     assert not any("contact_column" in one["closing"] for one in paired(columns, travels=2))
-
-
-def test_channels_of_an_export(tmp_path):
-    write(tmp_path / "a.csv", motions=("closing", "opening"))
-    result = travel_channels(tmp_path / "a.csv")
-    assert [name for name, _ in result.values()] == ["R", "Y", "B"]
-    columns = {"contact_column": "Contact 2", "trigger_column": "Coil 2 (A)"}
-    assert result["Travel 2"][1]["opening"] == columns
