@@ -2,6 +2,7 @@
 
 import shutil
 from dataclasses import replace
+from itertools import product
 from types import SimpleNamespace
 
 import numpy as np
@@ -14,16 +15,50 @@ from breaker.configuration.loading import load
 from breaker.diagnosis.estimate import Given
 from breaker.diagnosis.session import Diagnosis
 from breaker.diagnosis.type_prior import DrawnType, fit_type, list_type, warnings_of
-from breaker.model.parameters import MOTIONS, NAMES, Size
+from breaker.family.curve_file import write_curve
+from breaker.family.drive_family import Family
+from breaker.model.parameters import MOTIONS, NAMES, UNIT, Size
+from breaker.model.prior import Prior
 from breaker.records.curves import Grid, read_curves
 from breaker.records.folder import list_operations
 from breaker.shipped import HELD_BACK
-from tests.diagnosis.drives import breakers_of, type_of, write_breakers
 
 USUAL = np.array([0.2, 0.15, 0.2, 0.2, 0.4, 0.1, 0.05])
+HEAD = "file,motion,operation,breaker"
+SHARE = 0.5  # spread between breakers of a type, in log-sds of the default prior
 TYPES, BREAKERS, FURTHER = 3, 3, 3
 
 pytestmark = pytest.mark.usefixtures("a_quarter_of_the_draws")
+
+
+def type_of(prior, rng, off=0.7):
+    """Prior of a type: medians that a draw of the default prior has, less spread."""
+    while True:
+        medians = prior.medians * np.exp(off * prior.log_sds * rng.standard_normal(7))
+        drawn = Prior(medians, SHARE * prior.log_sds)
+        if drawn.log_support > np.log(0.95):
+            return drawn
+
+
+def breakers_of(drawn, count, rng):
+    """Drives of a type, each with what the model lacks on top."""
+    family = Family(drawn, family_of(HELD_BACK))
+    return [family.new(rng) for _ in range(count)]
+
+
+def write_breakers(folder, drives, rng, size=UNIT):
+    """Write two operations of breakers Q0, Q1 ... with their table."""
+    folder.mkdir(parents=True, exist_ok=True)
+    time, lines = np.arange(0.0, 72.0 * size.times, 0.1 * size.times), [HEAD]
+    for (number, drive), motion, k in product(enumerate(drives), MOTIONS, (1, 2)):
+        begins = size.times * (10.0 + 0.3 * rng.standard_normal())
+        curve = drive.scaled(size).travel(motion, time - begins)
+        curve += 0.1 * size.lengths * rng.standard_normal(time.size)
+        file = folder / f"{motion}_{number}_{k}.csv"
+        write_curve(file, time, curve, motion=motion, operation=k)
+        lines.append(f"{file.name},{motion},{k + 100 * number},Q{number}")
+    (folder / "operations.csv").write_text("\n".join(lines) + "\n", encoding="utf-8")
+    return folder
 
 
 def learned(seed, n=30, deviating=()):
@@ -57,8 +92,8 @@ def asked(defaults, levels):
 def written(tmp_path_factory, prior):
     """Two breakers with two operations of both motions."""
     rng = generator(6, "test recorded")
-    drives = breakers_of(type_of(prior, rng), family_of(HELD_BACK), 2, rng)
-    return write_breakers(tmp_path_factory.mktemp("type"), drives, 2, generator(1, "test files"))
+    drives = breakers_of(type_of(prior, rng), 2, rng)
+    return write_breakers(tmp_path_factory.mktemp("type"), drives, generator(1, "test files"))
 
 
 @pytest.fixture(scope="module")
@@ -116,8 +151,8 @@ def fit_of(number, prior, asked, folder):
     """Fitted prior of a type, its truth, and further breakers with their records."""
     rng = generator(4, "test type", number)
     true = type_of(prior, rng)
-    drives = breakers_of(true, family_of(HELD_BACK), BREAKERS + FURTHER, rng)
-    listed = list_type([write_breakers(folder, drives, 2, rng)], MOTIONS)
+    drives = breakers_of(true, BREAKERS + FURTHER, rng)
+    listed = list_type([write_breakers(folder, drives, rng)], MOTIONS)
     first, rest = {}, {}
     for motion, operations in listed.items():
         first[motion] = [one for one in operations if int(one.breaker[1:]) < BREAKERS]
@@ -142,11 +177,11 @@ def test_medians_are_recovered_and_further_breakers_are_inferred_better(prior, a
         assert np.all(np.abs(off) < 3.5 * fitted.drawn.log_sds)
         below.append(fitted.prior.log_sds < true.log_sds)
         narrow = replace(fitted.prior, log_sds=fitted.prior.log_sds / 4.0)
-        priors = {"none": None, "fitted": fitted.prior, "narrow": narrow}
+        known = {"none": Given(), "fitted": Given(Size(), fitted.prior)}
+        known["narrow"] = Given(Size(), narrow)
         for drive, records in further:
             widths = {}
-            for name, own in priors.items():
-                given = Given() if own is None else Given(Size(), own)
+            for name, given in known.items():
                 estimate = replace(asked, given=given).infer(records[:1])[0]
                 theta = np.full((1, 7), np.nan) if estimate.draws is None else estimate.draws.theta
                 low, high = np.quantile(np.log(theta), [0.05, 0.95], axis=0)
@@ -169,8 +204,7 @@ def test_the_configuration_takes_the_lines(tmp_path, prior):
     """Prior and size are those of the drives, and the grid of the sensor is within the records."""
     rng = generator(5, "test written")
     true = type_of(prior, rng, off=0.3)
-    drives = breakers_of(true, family_of(HELD_BACK), 3, rng)
-    folder = write_breakers(tmp_path / "type", drives, 2, rng, SIZE)
+    folder = write_breakers(tmp_path / "type", breakers_of(true, 3, rng), rng, SIZE)
     file, plot, rest = (tmp_path / name for name in ("type.yaml", "type.png", "rest.yaml"))
     rest.write_text("endurance: {format: {zero: rest}}\n", encoding="utf-8")
     command = ["fit-prior", str(folder), "--config", str(rest), "--output", str(file)]

@@ -13,6 +13,7 @@ from breaker.paper.validation import (
     family_quality,
     prior_check,
     quality,
+    reached,
     recovery,
     regions,
     scores,
@@ -169,3 +170,15 @@ def test_examples_are_the_lowest_median_and_highest():
     xr.testing.assert_allclose(result.isel(example=1)[list(alone)], alone)
     judged["efficiency"] = np.nan * judged.efficiency
     assert examples(judged, amortised, corrected).sizes["example"] == 0
+
+
+def test_reached_is_sorted_by_the_limit():
+    spread = 0.04 * generator(7, "test", "reached").uniform(-1, 1, (200, 3))
+    centre = np.array([0.4, 0.95, 0.87])
+    values = {"limit": centre + spread, "amortised": centre - 0.1 + spread[:50]}
+    result = reached(values, ["mu", "gamma_a", "f"])
+    assert result.output.values.tolist() == ["gamma_a", "f", "mu"]
+    for source, value in values.items():
+        one = result.sel(source=source, output=["mu", "gamma_a", "f"])
+        for name, level in (("lower", 0.05), ("upper", 0.95)):
+            np.testing.assert_allclose(one[name], np.quantile(value, level, axis=0))
