@@ -1,4 +1,4 @@
-"""The table of operations is read strictly: each mistake has its line, column and remedy."""
+"""Tables of operations and settings: a mistake has its place and remedy before a file is opened."""
 
 import math
 from dataclasses import astuple
@@ -6,6 +6,7 @@ from dataclasses import astuple
 import pytest
 
 from breaker.records.operations import Operation, read_manifest
+from breaker.records.settings import complete, lacking
 
 HEAD = "file,motion,operation"
 
@@ -150,3 +151,38 @@ def test_events_are_of_those_that_are_known(tmp_path):
     assert len(read_manifest(file, ["greased", "Painted, coated"])) == 2
     with pytest.raises(ValueError, match=r"line 3, column event: 'painted' .*endurance\.events"):
         read_manifest(file, ["greased", "spring_replaced"])
+
+
+# ---- settings ------------------------------------------------------------------------------------
+
+REFUSED = [
+    ("time_unit", {"time_unit": "min"}),
+    ("ratio", {"ratio": 2.0, "table": "a.csv"}),
+    ("table", {"table": "a.csv", "zero": 0.5}),
+    ("zero", {"zero": "start"}),
+    ("stroke", {"stroke": [60.0, 4.0]}),
+    ("delimiter", {"delimiter": "\\t"}),
+    ("colour", {"colour": "red"}),
+    ("encoding", {"encoding": "base64"}),
+]
+
+
+@pytest.mark.parametrize(("key", "settings"), REFUSED)
+def test_settings_that_fit_no_file_are_refused(key, settings):
+    with pytest.raises(ValueError, match=key):
+        complete(settings)
+
+
+@pytest.mark.parametrize(
+    ("key", "settings"),
+    [
+        ("travel_unit", {"travel_unit": "foot"}),
+        ("ratio", {"travel_unit": "deg"}),
+        ("rate", {"time_column": None}),
+        ("", {"travel_unit": "deg", "ratio": 1.5, "time_column": None, "rate": 10.0}),
+    ],
+)
+def test_what_a_row_of_the_table_may_still_state_is_lacking(key, settings):
+    result = lacking(complete(settings))
+    assert key in result
+    assert bool(key) == bool(result)
