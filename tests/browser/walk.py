@@ -49,10 +49,9 @@ def exports(folder: Path) -> Path:
             about = {"serial": f"HV-{20 + k}", "bay": f"Bay {k}", "date": f"1{3 + k}/05/2021"}
             pole(folder / f"bay{k}_{phase}.csv", phase, seed, stroke=178.0 - 3.0 * k, **about)
     odd = folder / "life_09.csv"
-    odd.write_text(odd.read_text("latin-1").replace("Coil 6 (A)", f"{ODD} (A)"), "latin-1")
-    samples = [
-        splitline.split(",")[6:8] for splitline in odd.read_text("latin-1").splitlines()[44:]
-    ]
+    text = odd.read_text("latin-1").replace("Coil 6 (A)", f"{ODD} (A)")
+    odd.write_text(text, "latin-1")
+    samples = [line.split(",")[6:8] for line in text.splitlines()[44:]]
     (folder / "unknown.txt").write_text("\n".join(["p1;p2", *map(";".join, samples), ""]))
     return folder
 
@@ -170,10 +169,9 @@ def walk() -> None:
                 the_list(browser, address, name)
                 two_inspections(browser, address, name)
                 if name == "1280":
-                    opened = (
-                        "for (const each of document.querySelectorAll('details')) each.open = true"
+                    browser.run(
+                        "document.querySelectorAll('details').forEach((d) => (d.open = true))"
                     )
-                    browser.run(opened)
                     accessible(browser, "all parts")
                     browser.picture(PICTURES / "whole.png", whole=True)
                 sound(browser, address)
