@@ -34,6 +34,7 @@ BELONGS = [
             ("Travel T1", "Res 2 (uOhm)", "Res 2"),  # of the only travel
             ("Travel 1", "Res 1", "Res 2", None),  # channels of resistance are not those of travel
             ("Travel", "Contact 1", "Contact 2", None),
+            ("Travel R", "Résistance B", "Résistance R", "Résistance R"),  # its R is no phase
             ("Travel A", "Main A", "Arcing A", "Main B", "Arcing B", "Arcing A"),
             ("Travel A", "Main A", "PIR A", "Resistor contact A", "Main A"),
         )
