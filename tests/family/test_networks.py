@@ -1,14 +1,19 @@
-"""The state networks that ship: estimates as large as the drive, widening and membership."""
+"""The networks that ship: estimates as large as the drive, membership, and what a file may be."""
 
+import json
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from safetensors import safe_open
 
-from breaker.common.tensor_file import ModelFileError
+from breaker.common.tensor_file import ModelFileError, write_model
 from breaker.family.inputs import NormalisedRecords
-from breaker.family.networks import EFFECTS, EVENTS, StateNetwork
+from breaker.family.membership import Match, choose_family
+from breaker.family.networks import EFFECTS, EVENTS, StateNetwork, open_network
 from breaker.model.parameters import MOTIONS, NAMES, UNIT, Size
+from breaker.shipped import KINDS, model_file
 
 
 def record(levels: StateNetwork, motion: str, size: Size = UNIT) -> NormalisedRecords:
@@ -95,3 +100,74 @@ def test_a_shape_of_no_drive_is_outside_the_family_where_it_differs(levels):
     assert match.p_value < 1e-3
     assert max(match.parts, key=match.parts.get) == "end"
     assert match.parts["end"] > 1.0
+
+
+# ---- membership ----------------------------------------------------------------------------------
+
+
+def family(name, closing, opening, evidence=0.0):
+    """One in which records of each motion have p-values, and give evidence together."""
+    return SimpleNamespace(name=name, closing=closing, opening=opening, evidence=evidence)
+
+
+def matched(family):
+    p_values = family.closing, family.closing / 10.0, family.closing, family.opening
+    half = family.evidence / 2.0
+    matches = [Match(p, {"start": 1.0 / p, "end": float("nan")}, None, half) for p in p_values]
+    return list(zip(["closing"] * 3 + ["opening"], matches, strict=True))
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "name", "fit"),
+    [
+        ((0.2, 0.1), (0.9, 0.9, 9.0), "first", True),  # no other one is looked at
+        ((0.2, 1e-5), (0.01, 0.01), "second", True),
+        ((0.2, 0.05), (0.9, 0.05, 2.0), "second", True),  # at the edge of the first: foreign to it
+        ((0.2, 0.05), (0.9, 0.9, -2.0), "first", True),
+        ((0.2, 0.05), (0.9, 5e-4, 9.0), "first", True),
+        ((1e-4, 0.9), (1e-5, 0.9, 9.0), "first", False),
+        ((1e-4, 1e-5), (1e-5, 1e-5), "first", False),
+    ],
+)
+def test_the_family_of_most_evidence_counts_that_fits_every_motion_or_the_nearest(
+    first, second, name, fit
+):
+    families = (family(*item) for item in (("first", *first), ("second", *second)))
+    chosen, matches, fits = choose_family(families, matched, 1e-3)
+    assert (chosen.name, fits) == (name, fit)
+    assert len(matches) == 4
+
+
+# ---- files ---------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module", params=KINDS)
+def parts(request):
+    """Settings and tensors of a network that ships."""
+    with safe_open(str(model_file("any", request.param)), framework="numpy") as file:
+        settings = json.loads(file.metadata()["settings"])
+        return settings, {name: file.get_tensor(name) for name in list(file.keys())}
+
+
+def reading(folder, settings, tensors):
+    """Read a file of these, written as if it was right."""
+    write_model(folder / "m.safetensors", settings, tensors)
+    return open_network(folder / "m.safetensors")
+
+
+def test_a_file_is_read_with_all_tensors_and_settings_of_a_drive_only(parts, tmp_path):
+    settings, tensors = parts
+    assert reading(tmp_path, settings, tensors).settings == settings
+    for name in ("usual", "bases.closing.mean", "network.inference.leave"):
+        left = {key: tensor for key, tensor in tensors.items() if key != name}
+        with pytest.raises(ModelFileError):
+            reading(tmp_path, settings, left)
+
+    for value in (None, "x", -1, [], {}):
+        for wrong in (
+            {"kind": value},
+            {"prior": value},
+            {"prior": settings["prior"] | {"L": value}},
+        ):
+            with pytest.raises(ModelFileError):
+                reading(tmp_path, settings | wrong, tensors)
