@@ -1,8 +1,7 @@
-"""Posteriors in closed form, standing in for those of a model and a record; and judges."""
+"""Posteriors in closed form, standing in for those of a model and a record."""
 
 import numpy as np
-from scipy.stats import chi2, multivariate_t, norm
-from scipy.stats import t as student
+from scipy.stats import multivariate_t, norm
 
 RECORD = np.zeros(3)
 LOG_EVIDENCE = 118.25
@@ -82,15 +81,3 @@ class HeavyTailed(Known):
 
     def sample(self, n, rng):
         return self.law.rvs(n, random_state=rng)
-
-
-def errors_p_value(errors, sds):
-    """Two-sided, of the sum of squared z-scores: chi-square."""
-    law, square = chi2(len(errors)), np.square(np.divide(errors, sds)).sum()
-    return 2 * min(law.cdf(square), law.sf(square))
-
-
-def means_p_value(errors):
-    """That all means of independent rows ``(n, k)`` are 0, by their own scatter: Student's t."""
-    score = np.mean(errors, axis=0) / (np.std(errors, axis=0, ddof=1) / np.sqrt(len(errors)))
-    return min(1.0, 2 * student(len(errors) - 1).sf(np.abs(score).max()) * score.size)
