@@ -20,10 +20,11 @@ def raw_of(way, step, moves, motion="closing"):
     return Record(*located, *about)
 
 
-def smooth(rng, motion="closing", *, stroke=80.0, noise=1e-3, late=0.0, bump=0.0, until=60.0):
-    """A motion of 10 ms from 10 to 90 %, with noise and a bump in shares of its way."""
-    time = np.arange(0.0, until, 0.1)
-    way = swinging(time - 20.0 - late, 1.0, 15.0) + bump * np.exp(-np.square(time - late - 27.0))
+def smooth(rng, motion="closing", *, stroke=80.0, noise=1e-3, late=0.0, bump=0.0, **more):
+    """A motion of 10 ms from 10 to 90 %, or slower, with noise and a bump in shares of its way."""
+    time = np.arange(0.0, more.get("until", 60.0), 0.1)
+    way = swinging(time - 20.0 - late, 1.0, 15.0 * more.get("slow", 1.0))
+    way += bump * np.exp(-np.square(time - late - 27.0))
     way = stroke * (way + noise * rng.standard_normal(time.size))
     return raw_of(way, 0.1, 19.0 + late, motion)
 
