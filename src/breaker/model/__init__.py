@@ -2,6 +2,6 @@
 
 In reading order: ``parameters`` (names, and the paper's symbols), ``equations`` (what is solved),
 ``curves`` (exact travel curves and their derivatives) by ``kernels`` (compiled code), ``prior``,
-``sensor`` (noise, onset, zero), ``quantities`` (names, units and definitions of what a curve or a
-record shows), ``evaluation`` (quantities of exact curves) and ``limits`` (bounds on quantities).
+``sensor`` (noise, onset, zero), ``quantities`` (names, units and definitions of quantities of a
+curve or record), ``evaluation`` (quantities of exact curves) and ``limits`` (bounds on quantities).
 """

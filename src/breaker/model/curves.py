@@ -1,14 +1,15 @@
 """Exact travel curves of the drive, and their derivatives by the parameters.
 
-Paper, Sec. 3 (see ``equations``), where a standard solver integrates the equations. Each mode is
-linear, so its solution is the Taylor series of a matrix exponential. ``kernels`` sums the series to
-round-off in intervals that are short against the fastest rate. There is no step error, the result
-does not depend on the grid of the samples, and the cost grows with the rate.
+The paper (Sec. 3, see ``equations``) integrates the equations with a standard solver. Here each
+linear mode is solved by the Taylor series of its matrix exponential. ``kernels`` sums the series to
+round-off in intervals that are short relative to the fastest rate. There is no step error, the
+result does not depend on the grid of the samples, and the cost grows with the rate.
 
-- A contact that does not touch or separate by the last sample: the switching time is ``inf``.
-- A contact that is not pressed at the start of an opening (``f <= k_a L``, outside the support of
-  the prior): it separates at once, at 0.
-- A contact whose force falls to zero again after the touch: flagged as ``reopening``, not modelled.
+- If the contact does not touch or separate by the last sample, the switching time is ``inf``.
+- If the contact is not pressed at the start of an opening (``f <= k_a L``, outside the support of
+  the prior), it separates at time 0.
+- If the contact force falls to zero again after the touch, the curve is flagged as ``reopening``;
+  the second separation is not modelled.
 """
 
 from collections.abc import Iterator
@@ -20,9 +21,9 @@ from breaker.model.equations import fastest_rate
 from breaker.model.kernels import simulate
 from breaker.model.parameters import MOTIONS, NAMES
 
-_LONGEST = 1e6  # rate * length of a record: 280,000 intervals, some 10 ms a curve
-_ROWS = 8192  # curves of a block: some 20 ms of simulation, and 10 MB
-_STEP = 1e-5  # of a difference: errors by its square and by rounding are alike
+_LONGEST = 1e6  # rate * length of a record; limits a curve to 280,000 intervals, some 10 ms
+_ROWS = 8192  # curves in a block; limits a block to some 20 ms of simulation and 10 MB
+_STEP = 1e-5  # of central differences: truncation error and rounding error are about equal
 
 
 class Motion(NamedTuple):
@@ -48,11 +49,12 @@ def travel(
         theta: Parameters, ``(n, p)``, in the order of ``parameters.NAMES``.
         times: Times of the samples, ``(t,)``, ms, increasing.
         motion: "closing" or "opening".
-        onset: Start of motion, ms, one for all or ``(n,)``. Before it the drive rests.
+        onset: Start of motion, ms, one for all or ``(n,)``. The drive rests until then.
 
     Raises:
-        ValueError: If a parameter is not finite and positive, a drive is too fast to follow to the
-            end of the record, a shape is wrong, times do not increase, or an onset is not finite.
+        ValueError: If a parameter is not finite and positive, a drive is too fast to simulate to
+            the end of the record, a shape is wrong, times do not increase, or an onset is not
+            finite.
 
     Example:
         >>> theta = np.array([[2.0, 0.045, 0.040, 0.30, 0.12, 0.75, 10.0]])
@@ -72,16 +74,16 @@ def sensitivity(
     *,
     onset: float | np.ndarray = 0.0,
 ) -> tuple[Motion, np.ndarray]:
-    """Simulate motions with derivatives of their curves, central differences.
+    """Simulate motions, with derivatives of their curves by central differences.
 
-    Derivatives over the prior are right to 1e-7 mm, except where an event passes a sample, or a
-    touch comes or goes, within the step.
+    Over the prior the error is below 1e-7 mm, except where a contact event crosses a sample, or
+    appears or disappears, within the step.
 
     Args:
         theta, times, motion, onset: As in ``travel``, with its errors.
 
     Returns:
-        What ``travel`` returns, and the derivatives of the travel, ``(n, t, p + 1)``: by the
+        The result of ``travel``, and the derivatives of the travel, ``(n, t, p + 1)``: by the
         natural logarithm of each parameter, mm, and last by the onset, mm/ms (minus the speed).
 
     Example:
@@ -99,8 +101,8 @@ def sensitivity(
         moved = np.asarray(theta[rows], np.float64)[:, None] * np.exp(steps[:, :p])
         onsets = onset[rows, None] + steps[:, p]
         flat = _curves(np.concatenate(moved), times, onsets.ravel(), motion)
-        for whole, part in zip(result, flat, strict=True):
-            whole[rows] = part[2 * k :: len(steps)]
+        for target, part in zip(result, flat, strict=True):
+            target[rows] = part[2 * k :: len(steps)]
         curves = flat.travel.reshape(len(moved), len(steps), times.size)
         slopes[rows] = (curves[:, :k] - curves[:, k : 2 * k]) / (2 * _STEP)
     return result, np.moveaxis(slopes, 1, 2)
@@ -110,7 +112,7 @@ def sensitivity(
 
 
 def blocks(n: int, curves: int = 1) -> Iterator[slice]:
-    """Cut ``n`` rows, each of so many curves, into blocks."""
+    """Split ``n`` rows, with ``curves`` curves each, into blocks."""
     rows = _ROWS // curves
     return (slice(first, min(n, first + rows)) for first in range(0, n, rows))
 
@@ -120,14 +122,14 @@ def _curves(theta: np.ndarray, times: np.ndarray, onset: np.ndarray, motion: str
     for rows in blocks(len(theta)):
         given = _of_block(theta[rows], times, onset[rows])
         simulate(*given, motion == "closing", *(array[rows] for array in result))
-        del given  # so that memory is that of one block
+        del given  # keeps only one block in memory
     return result
 
 
 def _of_block(theta: np.ndarray, *others: np.ndarray) -> list[np.ndarray]:
-    """Return parameters, rates and other arrays as compiled code takes them.
+    """Return parameters, rates and other arrays in the form that compiled code needs.
 
-    They are writable and contiguous, as numba would compile again for others.
+    They are writable and contiguous, because numba compiles again for other arrays.
     """
     theta = np.asarray(theta, np.float64)
     rates = np.column_stack([fastest_rate(theta, free=free) for free in (False, True)])
@@ -144,8 +146,8 @@ def _empty(n: int, t: int) -> Motion:
 def check(
     theta: np.ndarray, times: np.ndarray, motion: str, onset: float | np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the parameters ``(n, p)``, times ``(t,)`` and onsets ``(n,)`` of a simulation, or
-    raise as ``travel``.
+    """Return the checked parameters ``(n, p)``, times ``(t,)`` and onsets ``(n,)`` of a simulation;
+    raise the errors of ``travel``.
     """
     theta, times, onset = np.asarray(theta), np.asarray(times, dtype=np.float64), np.asarray(onset)
     if theta.ndim != 2 or theta.shape[1] != len(NAMES):
@@ -178,5 +180,5 @@ def check(
 
 
 def too_fast(theta: np.ndarray, times: np.ndarray, onset: float | np.ndarray = 0.0) -> np.ndarray:
-    """Return which drives are too fast to follow over ``times`` (t,), ``(..., p) -> (...)``."""
+    """Return which drives are too fast to simulate at ``times`` (t,), ``(..., p) -> (...)``."""
     return fastest_rate(theta) * (times[-1] - np.minimum(times[0], onset)) > _LONGEST

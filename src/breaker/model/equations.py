@@ -18,10 +18,10 @@ Three slips of the paper are corrected:
 
 1. Eq. (5) prints ``mu = M_b / M_a``, but (3) follows from (1) only with ``mu = M_a / M_b``.
 2. Eq. (7) labels the closed rest position "open".
-3. ``f`` is zero in opening, but opening starts from the position that ``f`` held, so that an
-   opening curve depends on ``f``.
+3. ``f`` is zero during opening, but the closed rest position, where opening starts, depends on
+   ``f``. So does an opening curve.
 
-This module loads without numpy, for the checks of a configuration.
+This module loads without numpy, because checks of a configuration import it.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from breaker.common.compiling import np
 from breaker.model.parameters import split
 
 PRESSED = "f > k_a L"
-"""The condition on a contact that is pressed in the closed rest position (``pressed``)."""
+"""Condition for a contact that is pressed in the closed rest position (``pressed``)."""
 
 
 def pressed(theta: np.ndarray) -> np.ndarray:
@@ -41,7 +41,7 @@ def pressed(theta: np.ndarray) -> np.ndarray:
 
 def spring_compression(theta: np.ndarray) -> np.ndarray:
     """Return the compression of the contact spring at the closed rest position, ``x_a - L`` of
-    Eq. (7), ``(..., p) -> (...)``, mm. It is not positive where the contact is not pressed.
+    Eq. (7), ``(..., p) -> (...)``, mm; zero or negative where the contact is not pressed.
     """
     _, k_a, k_b, _, _, f, gap = split(theta)
     return (f - k_a * gap) / (k_a + k_b)
@@ -54,16 +54,16 @@ def closed_rest(theta: np.ndarray) -> np.ndarray:
 
 
 def own_time(theta: np.ndarray, motion: str) -> np.ndarray:
-    """Return the time scale of a motion, ``(..., p) -> (...)``, ms: that in which the force moves
-    the drive through the gap, or the period of the opening spring over 2 pi.
+    """Return the time scale of a motion, ``(..., p) -> (...)``, ms: ``sqrt(L / f)`` of a closing,
+    and ``sqrt(1 / k_a)``, the period of the opening spring over 2 pi, of an opening.
     """
     _, k_a, _, _, _, f, gap = split(theta)
     return np.sqrt(gap / f if motion == "closing" else 1.0 / k_a)
 
 
 def fastest_rate(theta: np.ndarray, *, free: bool = True) -> np.ndarray:
-    """Return a bound on the rates of a mode, ``(..., p) -> (...)``, 1/ms: on the norm of its
-    matrix (see ``kernels``), with a free contact or with a closed one.
+    """Return an upper bound on the rates of a mode with a free or closed contact,
+    ``(..., p) -> (...)``, 1/ms: a bound on the norm of its matrix (see ``kernels``).
     """
     mu, k_a, k_b, gamma_a, gamma_b, *_ = split(theta)
     moved = 1.0 + mu * free

@@ -3,13 +3,13 @@
 Times, speeds and distances are read from the curve of a parameter set, whose motion starts at 0. A
 quantity that does not exist for a parameter set is nan:
 
-- all that need the contact event, if it does not occur within 60 ms;
-- all that need the closed rest position where there is none (``f <= k_a L``);
+- quantities of the contact event, if it does not occur within 60 ms;
+- quantities of the closed rest position, if it does not exist (``f <= k_a L``);
 - a speed between points that the drive does not pass;
-- over-travel of a drive that is still on its way at 60 ms.
+- over-travel of a drive that is still moving at 60 ms.
 
-A set of any size is evaluated as one of about the size of the reference drive, with lengths and
-times divided by powers of 2, which is exact. The 60 ms are those of that size.
+A drive of any size is first scaled to about the size of the reference drive: lengths and times are
+divided by powers of 2, which is exact. The 60 ms apply to the scaled drive.
 """
 
 from collections.abc import Iterator, Sequence
@@ -22,12 +22,12 @@ from breaker.model.equations import closed_rest, own_time, spring_compression
 from breaker.model.parameters import GAP, NAMES, Size, split
 from breaker.model.quantities import SPEED_UNIT, SPEEDS, Point, Speed, check_quantity
 
-_STEP = 0.25  # ms: cubics between samples are then right to a micrometre, as the tests show
+_STEP = 0.25  # ms; keeps the error of cubics between samples below a micrometre (see tests)
 TIMES = np.arange(241) * _STEP
 """Times of the samples, ms."""
 
-_SETTLED = 0.1  # mm from its rest position, the noise of a sensor: a drive counts as at rest
-_NEAR = 0.75  # powers of 2 from the reference drive's size that the 60 ms and the step allow for
+_SETTLED = 0.1  # mm; a drive this near its rest position, the noise of a sensor, is at rest
+_NEAR = 0.75  # powers of 2 from the reference drive's size for which 60 ms and the step suffice
 _REFERENCE = np.array([2.0, 0.045, 0.040, 0.30, 0.12, 0.75, 10.0])  # medians of the default prior
 
 
@@ -36,14 +36,14 @@ def evaluate(
 ) -> np.ndarray:
     """Return quantities of parameter sets, ``(n, len(names))``, in the units of ``QUANTITIES``.
 
-    The spring compression is not positive where a contact is not pressed. Other quantities are nan
-    where they do not exist (see the module).
+    The spring compression is zero or negative where a contact is not pressed. Other quantities are
+    nan where they do not exist (see the module).
 
     Args:
         theta: Parameters, ``(n, p)``, of drives of any size.
 
     Raises:
-        ValueError: If the motion has no such quantity, or for parameters that ``travel`` refuses.
+        ValueError: If the motion has no such quantity, or ``travel`` refuses the parameters.
 
     Example:
         >>> theta = np.array([[2.0, 0.045, 0.040, 0.30, 0.12, 0.75, 10.0]])
@@ -83,14 +83,14 @@ def _read_from_curves(
             elif name == "travel_time":
                 values[name][rows] = curves.travel_time() * size.times
             elif name in ("touch_time", "separation_time"):
-                values[name][rows] = np.where(curves.exists, curves.at, np.nan) * size.times
+                values[name][rows] = np.where(curves.exists, curves.event_time, np.nan) * size.times
             else:
                 values[name][rows] = curves.over_travel() * size.lengths
     return values
 
 
 def _sizes(theta: np.ndarray, motion: str) -> Iterator[tuple[Size, np.ndarray]]:
-    """Yield sizes in powers of 2, and which parameter sets ``(n, p)`` are of about that size."""
+    """Yield sizes in powers of 2, with the rows of parameter sets ``(n, p)`` near each size."""
     gap = NAMES.index(GAP.name)
     times = own_time(theta, motion) / own_time(_REFERENCE, motion)
     powers = np.log2([theta[..., gap] / _REFERENCE[gap], times])
@@ -101,7 +101,7 @@ def _sizes(theta: np.ndarray, motion: str) -> Iterator[tuple[Size, np.ndarray]]:
 
 
 class _Curves:
-    """Exact curves of parameter sets ``(n, p)``, and what is read from them, ``(n,)`` each."""
+    """Exact curves of parameter sets ``(n, p)``, and quantities of the curves, ``(n,)`` each."""
 
     def __init__(self, theta: np.ndarray, motion: str) -> None:
         closing = motion == "closing"
@@ -109,15 +109,15 @@ class _Curves:
         self.pressed = spring_compression(theta) > 0
         # Whether there is a contact event, and its time from the start of motion, ms.
         self.exists = np.isfinite(switching) & (self.pressed | closing)
-        self.at = np.where(self.exists, switching, 0.0)
+        self.event_time = np.where(self.exists, switching, 0.0)
         # Travel in the direction of the motion, (n, t), and the rest positions before and after.
         self.forward = curves if closing else -curves
         closed, opened = closed_rest(theta), np.zeros(len(theta))
         self.start, self.end = (opened, closed) if closing else (-closed, opened)
 
     def over_travel(self) -> np.ndarray:
-        """Largest travel beyond the rest position at the end, mm, by a parabola through samples: 0
-        if it is not passed, nan where the curve neither has a peak beyond it nor ends near it.
+        """Largest travel beyond the final rest position, mm, by a parabola through samples: 0 if
+        the drive does not pass it, nan if the curve has no peak beyond it and does not end near it.
         """
         beyond = self.forward - self.end[:, None]
         peak = np.clip(np.argmax(beyond, axis=1), 1, TIMES.size - 2)
@@ -141,32 +141,32 @@ class _Curves:
         return np.abs(((high - low) + (after - before)) / np.where(duration > 0, duration, np.nan))
 
     def _place(self, point: Point) -> tuple[np.ndarray, np.ndarray, float]:
-        """Time of a point, ms, and its travel, as that of a mark and the distance from there, mm;
-        nan where it is not reached.
+        """Time of a point, ms, the travel of a mark, and the distance from the mark to the point,
+        mm; nan where the drive does not reach the point.
         """
         if point.later:
-            at = self._place(replace(point, later=0.0))[0] + point.later
-            return self._time_and_travel(at, np.isfinite(at))
+            time = self._place(replace(point, later=0.0))[0] + point.later
+            return self._time_and_travel(time, np.isfinite(time))
         if not point.of_event:
             level = self.start + point.amount / 100.0 * (self.end - self.start)
             if point.unit == "mm":
                 level = (self.end if point.amount < 0.0 else self.start) + point.amount
             level = np.where(self.pressed, level, np.nan)
-            at = self._first_after(level, np.zeros(len(level)))
-            return np.where(level == self.start, 0.0, at), level, 0.0
+            time = self._first_after(level, np.zeros(len(level)))
+            return np.where(level == self.start, 0.0, time), level, 0.0
         if point.unit == "ms":
-            return self._time_and_travel(self.at + point.amount, self.exists)
-        mark = np.where(self.exists, self._travel(self.at), np.nan)
+            return self._time_and_travel(self.event_time + point.amount, self.exists)
+        mark = np.where(self.exists, self._travel(self.event_time), np.nan)
         if point.amount == 0.0:
-            return self.at, mark, 0.0
+            return self.event_time, mark, 0.0
         search = self._last_before if point.amount < 0.0 else self._first_after
-        return search(mark + point.amount, self.at), mark, point.amount
+        return search(mark + point.amount, self.event_time), mark, point.amount
 
-    def _time_and_travel(self, at: np.ndarray, exists: np.ndarray) -> tuple:
-        """What ``_place`` returns for times, ms, where they exist and are simulated."""
-        there = exists & (at <= TIMES[-1])
-        at = np.where(there, at, np.nan)
-        return at, self._travel(np.where(there, np.maximum(at, 0.0), 0.0)), 0.0
+    def _time_and_travel(self, time: np.ndarray, exists: np.ndarray) -> tuple:
+        """Result of ``_place`` for times, ms; nan where they do not exist or are not simulated."""
+        there = exists & (time <= TIMES[-1])
+        time = np.where(there, time, np.nan)
+        return time, self._travel(np.where(there, np.maximum(time, 0.0), 0.0)), 0.0
 
     def _last_before(self, level: np.ndarray, end: np.ndarray) -> np.ndarray:
         """Last time before ``end`` at which a curve passes its level, nan if it does not."""
@@ -180,32 +180,32 @@ class _Curves:
 
     def _crossing(self, level: np.ndarray, sample: np.ndarray, crosses: np.ndarray) -> np.ndarray:
         """Time between a sample and the next at which a curve passes its level, by bisection; nan
-        where no sample ``(n, t)`` was found.
+        where no sample of ``crosses`` (n, t) is true.
         """
         sample = np.clip(sample, 0, TIMES.size - 2)
         low, width = TIMES[sample], _STEP
         first = _around(low)
         samples = self._four(first)
         was_below = np.take_along_axis(self.forward, sample[:, None], axis=1)[:, 0] <= level
-        for _ in range(30):  # to 2e-10 ms
+        for _ in range(30):  # halvings to 2e-10 ms
             width /= 2
             before = (_cubic(samples, (low + width) / _STEP - first) <= level) == was_below
             low = low + width * before
         return np.where(crosses.any(axis=1), low + width / 2, np.nan)
 
-    def _travel(self, at: np.ndarray) -> np.ndarray:
+    def _travel(self, time: np.ndarray) -> np.ndarray:
         """Travel at times, by cubics, mm."""
-        first = _around(at)
-        return _cubic(self._four(first), at / _STEP - first)
+        first = _around(time)
+        return _cubic(self._four(first), time / _STEP - first)
 
     def _four(self, first: np.ndarray) -> np.ndarray:
         """Four samples of each curve from ``first`` on, ``(4, n)``."""
         return np.take_along_axis(self.forward, first[:, None] + np.arange(4), axis=1).T
 
 
-def _around(at: np.ndarray) -> np.ndarray:
-    """First of the four samples around each time, ``(n,)``; of the nearest four at the ends."""
-    return np.clip(np.floor(at / _STEP).astype(int) - 1, 0, TIMES.size - 4)
+def _around(time: np.ndarray) -> np.ndarray:
+    """First of the four samples around each time, ``(n,)``; the nearest four at the ends."""
+    return np.clip(np.floor(time / _STEP).astype(int) - 1, 0, TIMES.size - 4)
 
 
 def _cubic(samples: np.ndarray, u: np.ndarray) -> np.ndarray:

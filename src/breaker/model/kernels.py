@@ -1,16 +1,16 @@
-"""Compiled code of the exact curves: the two modes of the contact, their series and their ends.
+"""Compiled code of the exact curves: the two modes of the contact, their series and end times.
 
 A mode (paper, Eqs. 3 and 4) is ``y' = A y`` for the deviation ``y = (x_a, x_a', x_b, x_b')`` from
 its equilibrium:
 
 ``x_a'' = -m0 x_a - m1 x_a' + m2 x_b + m3 x_b'`` and ``x_b'' = m4 (x_a - x_b) + m5 (x_a' - x_b')``.
 
-A closed contact is one of infinite mass, ``mu = 0``. A mode is followed in intervals of length 2h.
-About the middle of each, ``y = sum_k (A h)^k / k! y(middle) u^k`` with ``u = (time - middle) / h``
-from -1 to 1. The coefficients of x_a and x_b are fixed rows times the state, and the state at the
-next middle is ``exp(2 A h) y``. With ``rate * h <= 1.8`` the series omits less than round-off.
-A mode ends when its *margin* falls to zero: the distance of the contact to the gap, or the contact
-force.
+A closed contact has infinite mass, ``mu = 0``. A mode is solved in intervals of length 2h. Around
+the middle of an interval, ``y = sum_k (A h)^k / k! y(middle) u^k`` with
+``u = (time - middle) / h`` from -1 to 1. The coefficients of x_a and x_b are fixed rows times the
+state, and the state at the next middle is ``exp(2 A h) y``. With ``rate * h <= 1.8`` the truncated
+terms are below round-off. A mode ends when its *margin* falls to zero: the distance that the
+contact has to the gap, or the contact force.
 """
 
 from typing import NamedTuple
@@ -21,22 +21,22 @@ from breaker.common.compiling import compiled, numba_or_plain
 
 njit, prange = numba_or_plain()
 _REACH = 1.8  # largest rate * h
-_TERMS = 24  # 1.8^24 / 24! = 2e-18, and 1.8^23 / 23! = 3e-17 for speeds
-_ROWS = 64  # curves of a thread at a time, which share its buffers
+_TERMS = 24  # truncation error 1.8^24 / 24! = 2e-18, and 1.8^23 / 23! = 3e-17 for speeds
+_ROWS = 64  # curves that a thread simulates in turn with the same buffers
 _compiled = njit(error_model="numpy")
 _inlined = njit(error_model="numpy", forceinline=True)  # a call costs more than 24 terms
-# Product and sum rounded together: for polynomials alone, as stiff systems lose digits by it.
+# Fused multiply-add: only for polynomials, because stiff systems lose digits by it.
 _fused = {"error_model": "numpy", "fastmath": {"contract"}}
 
 
 class Buffers(NamedTuple):
-    """Arrays of a thread, allocated once, as allocation is slow."""
+    """Arrays of a thread, allocated once because allocation is slow."""
 
-    rows: np.ndarray  # (3, 4, k) of x_a, of x_b and of a margin
+    rows: np.ndarray  # (3, 4, k) rows of x_a, x_b and a margin
     half: np.ndarray  # (4, 4) exp(A h)
     whole: np.ndarray  # (4, 4) exp(2 A h)
-    position: np.ndarray  # (k,) coefficients of x_a, and of a margin
-    margin: np.ndarray
+    position: np.ndarray  # (k,) coefficients of x_a
+    margin: np.ndarray  # (k,) coefficients of a margin
 
 
 class Mode(NamedTuple):
@@ -49,13 +49,13 @@ class Mode(NamedTuple):
 
 
 class Margin(NamedTuple):
-    """``x_a * drive + x_a' * speed + x_b * contact + offset``: positive as long as a mode lasts."""
+    """``x_a * drive + x_a' * speed + x_b * contact + offset``, positive until the mode ends."""
 
     drive: float
     speed: float
     contact: float
     offset: float
-    ends: bool  # whether its zero ends the mode, or is only flagged
+    ends: bool  # whether its zero ends the mode or is only flagged
 
 
 # ---- linear systems --------------------------------------------------------------------------
@@ -98,14 +98,14 @@ def _times_matrix(matrix, y):
 
 @_compiled
 def propagate(mode, margin, buffers):
-    """Fill the rows of x_a, of x_b and of the margin, exp(A h) and exp(2 A h) of a mode."""
+    """Fill the rows of x_a, x_b and the margin, and exp(A h) and exp(2 A h), of a mode."""
     rows, half, whole, h = buffers.rows, buffers.half, buffers.whole, mode.h
     a, b = (1.0, 0.0, 0.0, 0.0), (0.0, 0.0, 1.0, 0.0)
     for k in range(_TERMS):
         rows[0, 0, k], rows[0, 1, k], rows[0, 2, k], rows[0, 3, k] = a
         rows[1, 0, k], rows[1, 1, k], rows[1, 2, k], rows[1, 3, k] = b
         a, b = _times_system(a, mode.m, h / (k + 1)), _times_system(b, mode.m, h / (k + 1))
-    for s in range(4):  # the series at u = 1, and those of the speeds: four sums side by side
+    for s in range(4):  # the series of positions and speeds at u = 1, four sums in parallel
         x_a = x_b = v_a = v_b = 0.0
         for k in range(_TERMS):
             x_a, v_a = x_a + rows[0, s, k], v_a + k * rows[0, s, k]
@@ -125,7 +125,7 @@ def propagate(mode, margin, buffers):
 
 @_inlined
 def coefficients(rows, i, y, constant, out):
-    """Fill the coefficients of a polynomial, (k,): its rows times the state, and a constant."""
+    """Fill the coefficients of a polynomial, (k,): rows times the state, plus a constant."""
     a, b, c, d = y
     for k in range(_TERMS):
         out[k] = rows[i, 0, k] * a + rows[i, 1, k] * b + rows[i, 2, k] * c + rows[i, 3, k] * d
@@ -144,12 +144,12 @@ def _passed(times, sample, stop):
 def _fill(polynomial, times, travel, first, stop, middle, h):
     """Fill the values of a curve at samples from first to stop.
 
-    The loop over samples vectorises if their index is unsigned: twice as fast.
+    The unsigned index lets the loop over samples vectorise, which is twice as fast.
     """
     for sample in range(np.uint64(first), np.uint64(stop)):
         u = (times[sample] - middle) / h
         even, odd, square = polynomial[_TERMS - 2], polynomial[_TERMS - 1], u * u
-        for k in range(_TERMS - 4, -1, -2):  # two sums side by side
+        for k in range(_TERMS - 4, -1, -2):  # two sums in parallel
             even, odd = even * square + polynomial[k], odd * square + polynomial[k + 1]
         travel[sample] = even + u * odd
 
@@ -164,7 +164,7 @@ def _value_and_slope(polynomial, u):
 
 @_compiled
 def _root(polynomial, low, high):
-    """Root of a polynomial that is positive at just one end: Newton's steps, kept in a bracket."""
+    """Root of a polynomial that is positive at one end only, by Newton's steps in a bracket."""
     falling = _value_and_slope(polynomial, high)[0] <= 0
     u = 0.5 * (low + high)
     for _ in range(100):
@@ -183,8 +183,8 @@ def _root(polynomial, low, high):
 def first_zero(margin):
     """First u in [-1, 1] at which a margin is no longer positive, or inf.
 
-    It is searched between nodes a quarter apart, so close that a margin turns at most once between
-    two. Where it dips below zero and returns between two nodes, it has a minimum there.
+    The search goes through nodes at distances of 1/4, between which a margin turns at most once. If
+    a margin dips below zero and returns between two nodes, it has a minimum between them.
     """
     change = 0.0
     for k in range(1, _TERMS):
@@ -213,10 +213,10 @@ def first_zero(margin):
 
 @_compiled
 def _follow(mode, margin, watching, state, start, times, travel, sample, buffers):
-    """Fill a curve in one mode, from the state at ``start`` until its margin ends it.
+    """Fill a curve in one mode, from the state at ``start`` until the margin ends the mode.
 
     Return the next sample, the time of the margin's zero (inf if it has none by the last sample),
-    and x_a and x_a' at the end of the mode. A margin that is not watched has no zero.
+    and x_a and x_a' at the end of the mode. With ``watching`` false no zero is sought.
     """
     propagate(mode, margin, buffers)
     rows, position, h = buffers.rows, buffers.position, mode.h
@@ -235,7 +235,7 @@ def _follow(mode, margin, watching, state, start, times, travel, sample, buffers
         ended = margin.ends and zero < np.inf
         coefficients(rows, 0, y, mode.x_a, position)
         first, sample = sample, _passed(times, sample, zero if ended else stop)
-        # Full vectors of eight: the next interval fills the surplus samples again.
+        # Fill full vectors of eight: the next interval overwrites the surplus samples.
         filled = min(times.size, first + (sample - first + 7) // 8 * 8)
         _fill(position, times, travel, first, filled, begin + h, h)
         if ended:
@@ -250,7 +250,7 @@ def _follow(mode, margin, watching, state, start, times, travel, sample, buffers
 def _curve(theta, rates, times, onset, closing, travel, buffers):
     """Fill one curve; return its switching time after the onset and its reopening flag."""
     _, _, k_b, _, gamma_b, f, gap = theta
-    force = Margin(k_b, gamma_b, 0.0, -k_b * gap, not closing)  # of the contact
+    force = Margin(k_b, gamma_b, 0.0, -k_b * gap, not closing)  # contact force
     if closing:
         pull, state = f, (0.0, 0.0, 0.0, 0.0)
         margin = Margin(0.0, 0.0, -1.0, gap, True)  # distance to the gap
@@ -264,7 +264,7 @@ def _curve(theta, rates, times, onset, closing, travel, buffers):
         mode, margin, True, state, onset, times, travel, sample, buffers
     )
     again = np.inf
-    if sample < times.size:  # the contact stops dead at the gap, or leaves it from rest
+    if sample < times.size:  # the contact stops at the gap, or leaves it from rest
         mode, state = mode_of(theta, rates, not closing, pull), (x_a, v_a, gap, 0.0)
         again = _follow(mode, force, closing, state, switching, times, travel, sample, buffers)[1]
     return switching - onset, again < np.inf
@@ -274,7 +274,7 @@ def _curve(theta, rates, times, onset, closing, travel, buffers):
 def simulate(theta, rates, times, onset, closing, travel, switching, reopening):
     """Fill curves (n, t), switching times (n,) and reopening flags (n,) of parameters (n, p).
 
-    Rates (n, 2) are bounds on those of the modes, closed and free (``equations.fastest_rate``).
+    Rates (n, 2) are bounds for the closed and the free contact (``equations.fastest_rate``).
     """
     n = theta.shape[0]
     for block in prange(-(-n // _ROWS)):

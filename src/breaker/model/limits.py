@@ -1,10 +1,10 @@
 """Limits: bounds on quantities, read from the section ``limits`` of the configuration.
 
-A limit has parts, each a quantity above or below a value, and is exceeded where all parts hold
-(the thresholds of the paper, Sec. 8). A reference with a tolerance gives two limits.
+Each part of a limit is a quantity above or below a value. A limit is exceeded where all its parts
+are true (the thresholds of the paper, Sec. 8). A reference with a tolerance gives two limits.
 
-Quantities of a limit have one source (``SOURCES``): the *model* at inferred parameters, a *record*
-itself, or the *change* of parameters since an earlier state, in percent.
+Quantities of a limit have one source (``SOURCES``): the *model* at inferred parameters, a measured
+*record*, or the *change* of parameters since an earlier state, in percent.
 """
 
 from __future__ import annotations
@@ -22,10 +22,10 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
 SOURCES = {"model": "", "record": "measured ", "change": "change of "}
-"""Sources of quantities by the name in the configuration: the words before a quantity."""
+"""Words before a quantity in texts, by the name of its source in the configuration."""
 
 UNRESOLVED = ("k_b", "gamma_b")
-"""Parameters of the contact spring, whose changes along a life records hardly resolve."""
+"""Parameters of the contact spring: records hardly resolve their changes along a life."""
 
 _BAND = ("quantity", "reference", "tolerance")
 
@@ -40,7 +40,7 @@ class Limit:
         parts: (quantity, value, whether above the value rather than below), at least one.
         speeds: Definitions of speeds.
         of: Source of its quantities, one of ``SOURCES``.
-        pair: Name of the entry whose other side is another limit; empty if there is none.
+        pair: Name of the two-sided entry that this limit is one side of; empty for other limits.
 
     Example:
         >>> entry = {"name": "slow", "motion": "closing", "upper": {"touch_time": 10}}
@@ -75,7 +75,7 @@ class Limit:
 
     @classmethod
     def from_settings(cls, entry: Mapping[str, Any], speeds: tuple[Speed, ...] = SPEEDS) -> Limit:
-        """Build a limit from an entry of upper and lower of the list ``limits``.
+        """Build a limit from an entry of the list ``limits`` with ``upper`` or ``lower``.
 
         Raises:
             ValueError: If its name, quantities or bounds are missing or wrong.
@@ -91,14 +91,14 @@ class Limit:
         return cls(entry["name"], entry.get("motion", ""), parts, speeds, **more)
 
     def read(self, reader: Any, *about: Any) -> Any:
-        """Call the method of a reader for the source of the limit: ``of_model``, ``of_record`` or
-        ``of_change``, with the limit and what is given.
+        """Call the reader's method for the source of the limit, ``of_model``, ``of_record`` or
+        ``of_change``, with the limit and the other arguments.
         """
         return getattr(reader, f"of_{self.of}")(self, *about)
 
     @property
     def quantities(self) -> tuple[str, ...]:
-        """Quantities of the parts, in their order."""
+        """Quantities of the parts, in order of the parts."""
         return tuple(quantity for quantity, _, _ in self.parts)
 
     @property
@@ -110,14 +110,14 @@ class Limit:
         return tuple(every[name].unit for name in self.quantities)
 
     def evaluate(self, theta: np.ndarray) -> np.ndarray:
-        """Return the quantities of a limit of source model, ``(n, p) -> (n, parts)``."""
+        """Return the quantities of a limit with the source "model", ``(n, p) -> (n, parts)``."""
         from breaker.model.evaluation import evaluate  # compiled code
 
         return evaluate(self.quantities, theta, self.motion, self.speeds)
 
     @property
     def words(self) -> str:
-        """The condition in words: "touch_time above 10 ms", "measured stroke below 9 mm"."""
+        """Condition in words: "touch_time above 10 ms", "measured stroke below 9 mm"."""
         return " and ".join(
             f"{SOURCES[self.of]}{name} {'above' if upper else 'below'} "
             + in_digits(value, 6, sign=self.of == "change")
@@ -127,7 +127,7 @@ class Limit:
 
     def excess(self, values: ArrayLike) -> np.ndarray:
         """Return how far values exceed the bounds, ``(..., parts) -> (..., parts)``: positive where
-        a part holds, nan where a value is nan.
+        a part is true, nan where a value is nan.
         """
         values = np.asarray(values, dtype=np.float64)
         if values.shape[-1:] != (len(self.parts),):
@@ -137,9 +137,9 @@ class Limit:
         return signs * (values - bounds)
 
     def exceeded(self, values: ArrayLike) -> np.ndarray:
-        """Return where all parts hold, ``(..., parts) -> (...)`` of bool.
+        """Return where all parts are true, ``(..., parts) -> (...)`` of bool.
 
-        A quantity that does not exist, nan, exceeds any bound: the contact does not touch.
+        A quantity that does not exist (nan) exceeds any bound, as its contact does not touch.
         """
         return np.all(~(self.excess(values) <= 0), axis=-1)
 
@@ -147,15 +147,15 @@ class Limit:
         """Return the probability that the limit is exceeded, ``(..., parts) -> (...)``.
 
         Args:
-            values: Measured quantities of the parts; the result is nan where one is.
-            sds: Standard deviations of their errors, which are normal and independent.
+            values: Measured quantities of the parts; the result is nan where a value is nan.
+            sds: Standard deviations of the errors, which are normal and independent.
         """
         from scipy.special import ndtr
 
         values, sds = (np.asarray(given, dtype=np.float64) for given in (values, sds))
-        # A value without an error is one with an error of round-off.
-        holds = ndtr(self.excess(values) / np.maximum(sds, np.finfo(np.float64).eps))
-        return np.prod(holds, axis=-1)
+        # Round-off replaces an error of 0.
+        p_parts = ndtr(self.excess(values) / np.maximum(sds, np.finfo(np.float64).eps))
+        return np.prod(p_parts, axis=-1)
 
 
 # ---- the section limits, and limits of a type -------------------------------------------------
@@ -166,7 +166,7 @@ def from_list(
     motions: Sequence[str],
     speeds: tuple[Speed, ...] = SPEEDS,
 ) -> list[Limit]:
-    """Return the limits of the section ``limits`` on these motions, and on changes, in its order.
+    """Return the limits of the section ``limits`` on ``motions`` and on changes, in its order.
 
     Raises:
         ValueError: If an entry cannot be a limit.
@@ -192,11 +192,11 @@ def entries_of_type(
     """Return the limits of a type of breaker as entries of the section ``limits``.
 
     Args:
-        ranges: From and to of each measured quantity, also as "178 mm", None where a side is open;
-            by its name, with the motion before it if it is of one motion alone: "opening stroke".
+        ranges: Lower and upper end of each measured quantity, as 178 or "178 mm", None for an open
+            side; by the quantity's name, after a motion if for that motion only: "opening stroke".
 
     Raises:
-        ValueError: If a name is not that of a measured quantity, a unit is not its unit, or a range
+        ValueError: If a name is not a measured quantity, a unit is not the quantity's, or a range
             allows nothing or all.
 
     Example:
@@ -227,7 +227,7 @@ def entries_of_type(
 
 
 def _in_unit(key: str, end: float | str | None, unit: str) -> float | None:
-    """Return an end of a range as a number; raise ValueError if it has another unit."""
+    """Return an end of a range as a number; raise a ValueError if its unit is not ``unit``."""
     if not isinstance(end, str):
         return end
     number, _, stated = end.partition(" ")
@@ -237,7 +237,7 @@ def _in_unit(key: str, end: float | str | None, unit: str) -> float | None:
 
 
 def _band(entry: Mapping[str, Any], speeds: Sequence[Speed]) -> Iterator[dict[str, Any]]:
-    """Yield an entry of a reference and a tolerance as entries of upper and lower."""
+    """Yield an entry with a reference and a tolerance as two entries with upper and lower."""
     name = entry.get("name", entry.get("quantity", "a limit"))
     if not all(key in entry for key in _BAND) or {"upper", "lower"} & entry.keys():
         raise ValueError(f"{name}: give all of {', '.join(_BAND)}, or else upper or lower.")
@@ -247,20 +247,20 @@ def _band(entry: Mapping[str, Any], speeds: Sequence[Speed]) -> Iterator[dict[st
     middle, text = _number(about, entry["reference"]), str(entry["tolerance"]).lstrip("±+/- ")
     amount = float(text.removesuffix("%"))
     of_middle = text.endswith("%") and about["of"] != "change"
-    away = amount * abs(middle) / 100.0 if of_middle else amount
-    if not away > 0.0 or (of_middle and amount >= 100.0):
+    width = amount * abs(middle) / 100.0 if of_middle else amount
+    if not width > 0.0 or (of_middle and amount >= 100.0):
         raise ValueError(f"{name}: tolerance is {text}. Write one above 0 and below 100 %.")
     motions = known.motions if known else MOTIONS
     motions = [entry["motion"]] if "motion" in entry else motions
     for motion in [""] if about["of"] == "change" else motions:
         pair = f"{name} {motion}" if motion and len(motions) > 1 else name
-        one = {"of": about["of"], "motion": motion, "pair": pair}
-        yield one | {"name": f"{pair} high", "upper": {quantity: middle + away}}
-        yield one | {"name": f"{pair} low", "lower": {quantity: middle - away}}
+        common = {"of": about["of"], "motion": motion, "pair": pair}
+        yield common | {"name": f"{pair} high", "upper": {quantity: middle + width}}
+        yield common | {"name": f"{pair} low", "lower": {quantity: middle - width}}
 
 
 def _number(entry: Mapping[str, Any], value: float | str) -> float:
-    """Return a value of an entry, which has a percent sign only in a limit on a change."""
+    """Return a value of an entry as a number; allow a percent sign only in a limit on a change."""
     text = str(value)
     if text.endswith("%") and entry.get("of") != "change":
         name = entry.get("name", entry.get("quantity"))

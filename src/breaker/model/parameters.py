@@ -1,7 +1,7 @@
 """The seven parameters of the model: names, units, order, and the scale factors of a drive.
 
 The paper (Eq. 5) divides masses, springs, damping and force by the mass of the drive. It numbers
-the springs and dampings, which have the letters of their masses here:
+the springs and dampings; here they have the letters of their masses:
 
 ========== ========================= ======= ======================================================
 name here  paper                     unit    meaning
@@ -15,12 +15,11 @@ f          f = F / M_a               mm/ms²  force that closes the breaker
 L          L                         mm      contact gap: travel of the contact until it touches
 ========== ========================= ======= ======================================================
 
-Eq. (5) prints the inverse of mu, with which Eq. (3) does not follow from Eq. (1): a slip, see
+Eq. (5) prints the inverse of mu by mistake, because Eq. (3) then does not follow from Eq. (1); see
 ``equations``.
 
-Few modules know parameters by name or position: this one, ``equations``, ``kernels``, and outside
-the folder the drives with additional effects (``breaker.family.integrator``). Others use
-``NAMES``.
+Only this module, ``equations``, ``kernels`` and, outside the folder, the drives with additional
+effects (``breaker.family.integrator``) use parameters by name or position. Others use ``NAMES``.
 """
 
 from __future__ import annotations
@@ -34,13 +33,13 @@ from breaker.common.compiling import np
 
 @dataclass(frozen=True)
 class Parameter:
-    """A quantity that is inferred.
+    """An inferred quantity.
 
     Attributes:
         name: Name in code, configuration and files.
-        unit: Unit, "1" if it has none.
+        unit: Unit, "1" for a number without one.
         meaning: Definition in a few words.
-        worse: 1 if a larger value is worse, -1 if a smaller one is, 0 if neither is.
+        worse: 1 if a larger value is worse, -1 if a smaller value is worse, 0 otherwise.
         word: Name in a sentence.
         symbol: Symbol in figures, in matplotlib's mathtext.
         colour: Colour in every figure.
@@ -60,8 +59,8 @@ class Parameter:
         return self.symbol if self.unit == "1" else f"{self.symbol} ({self.unit})"
 
 
-# Six colours are from the palette of Okabe and Ito. Its yellow is too pale for lines and its black
-# is kept for measurements, so dark wine and violet replace them.
+# Six colours are from the palette of Okabe and Ito. Dark wine and violet replace its yellow, which
+# is too pale for lines, and its black, which marks measurements.
 _ROWS = (
     ("mu", "1", "mass ratio of drive to contact", 0, "mass ratio", r"$\mu$", "#CC79A7"),
     ("k_a", "1/ms²", "opening spring on main shaft", -1, "opening spring", r"$k_a$", "#0072B2"),
@@ -72,13 +71,13 @@ _ROWS = (
     ("L", "mm", "contact gap", 1, "contact gap", r"$L$", "#661141"),
 )
 PARAMETERS = tuple(Parameter(*row) for row in _ROWS)
-"""The parameters in the order of every array ``(..., p)``."""
+"""Parameters in the order of every array ``(..., p)``."""
 
 FORCE, GAP = PARAMETERS[-2:]
 ONSET = Parameter(
     "onset", "ms", "start of motion after the nominal one", 0, "", r"$t_0$", "#7A35D0"
 )
-"""The eighth output of a network, a nuisance of the sensor (see ``sensor``)."""
+"""Eighth output of a network: a nuisance parameter of the sensor (see ``sensor``)."""
 
 NAMES = tuple(parameter.name for parameter in PARAMETERS)
 MOTIONS = ("closing", "opening")
@@ -96,7 +95,7 @@ def is_logarithmic(names: Sequence[str]) -> np.ndarray:
 
 # ---- scale factors ---------------------------------------------------------------------------
 
-# Powers of length and time in each unit.
+# Powers of length and of time in a unit.
 _POWERS = {
     "1": (0, 0),
     "mm": (1, 0),
@@ -121,7 +120,7 @@ class Size:
     """Scale factors of a drive relative to another: the model is the same at any size.
 
     Attributes:
-        lengths, times: Factors on lengths and times of the other drive.
+        lengths, times: Factors that multiply lengths and times of the other drive.
 
     Example:
         >>> size = Size(lengths=10.0, times=4.0)
@@ -150,4 +149,4 @@ class Size:
 
 
 UNIT = Size()
-"""Size of the reference drive, that of the default prior."""
+"""Size of the reference drive, which the default prior describes."""

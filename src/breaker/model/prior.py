@@ -3,20 +3,20 @@
 Paper, Sec. 5: independent log-normals, as all parameters are positive. An opening needs a contact
 that is pressed in the closed rest position, so the prior is conditioned on ``f > k_a L`` (positive
 spring compression, Eq. 7). With ``z = (log theta - log median) / log_sd`` standard normal, the
-condition is a half-space ``a . z + b > 0``, and its probability is one value of the normal
-distribution function (0.9968 for the defaults).
+condition is a half-space ``a . z + b > 0``. The normal distribution function gives its probability
+(0.9968 for the defaults).
 
-**Where the default medians and widths come from.** The paper prints no values. It took location and
-spread from fits to travel curves of real breakers, which are not published. So all defaults are
+**Sources of the default medians and widths.** The paper takes location and spread from fits to
+travel curves of real breakers, but publishes neither values nor curves. So all defaults are
 assumptions of this project:
 
 ========= ======= ======= ==========================================================================
 parameter median  log-sd  source
 ========= ======= ======= ==========================================================================
 L         10      0.05    catalogues of 12 kV vacuum breakers: 8 to 12 mm
-f         0.75    0.10    chosen with k_a and k_b: curves meet the catalogues in three quantities
+f         0.75    0.10    chosen with k_a and k_b so that three quantities match the catalogues
 k_a       0.045   0.15    as f
-k_b       0.040   0.20    as f; values from catalogued forces and masses (above 0.15) cannot do so
+k_b       0.040   0.20    as f; values from catalogued forces and masses (above 0.15) do not match
 mu        2.0     0.20    assumed, no source
 gamma_a   0.30    0.20    assumed, no source
 gamma_b   0.12    0.40    assumed, no source; the least known parameter has the largest width
@@ -26,14 +26,12 @@ The three quantities (median and 95 % interval of prior curves; catalogues): spr
 3.5 mm (1.0 to 6.7; 2.5 to 4.5), closing speed over the last 6 mm before the touch 1.23 m/s (0.84 to
 1.72; 0.6 to 1.5), opening speed over the first 6 mm 1.07 m/s (0.78 to 1.44; 0.8 to 1.6).
 
-**A prior of your own** is any object with the first two, or all three, of:
+**Your own prior** is any object with ``names``, ``sample`` and, for exact correction,
+``log_prob``:
 
 - ``names``: names of its ``p`` parameters;
-- ``sample(n, rng) -> (n, p)``: draws, by a ``numpy.random.Generator``;
-- ``log_prob(theta) -> (n,)``: log density at parameters ``(n, p)``, -inf where it is zero. Exact
-  correction needs it.
-
-``Prior`` has all three.
+- ``sample(n, rng) -> (n, p)``: draws, from a ``numpy.random.Generator``;
+- ``log_prob(theta) -> (n,)``: log density at parameters ``(n, p)``, -inf where it is zero.
 """
 
 import math
@@ -46,7 +44,7 @@ import numpy as np
 from breaker.model.equations import pressed
 from breaker.model.parameters import NAMES, Size, powers
 
-_SIGNS = {"f": 1.0, "k_a": -1.0, "L": -1.0}  # log f - log k_a - log L > 0: a pressed contact
+_SIGNS = {"f": 1.0, "k_a": -1.0, "L": -1.0}  # pressed contact: log f - log k_a - log L > 0
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,7 +89,7 @@ class Prior:
         return self.log_sds
 
     def sized(self, size: Size) -> "Prior":
-        """Return the prior of drives of a size relative to those of this one."""
+        """Return the prior of drives of a size relative to the drives of this prior."""
         return replace(self, medians=self.medians * size.factors)
 
     @cached_property
@@ -110,7 +108,7 @@ class Prior:
     def log_support(self) -> float:
         """Log of the probability of ``f > k_a L`` before conditioning."""
         slope, offset = self.condition
-        from scipy.special import log_ndtr  # here, as inference with shipped networks needs none
+        from scipy.special import log_ndtr  # imported here: shipped networks do not need it
 
         return float(log_ndtr(offset / np.linalg.norm(slope)))
 

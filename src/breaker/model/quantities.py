@@ -1,8 +1,8 @@
-"""Quantities of a motion: names, units and definitions of what a curve or a record shows.
+"""Quantities of a motion: names, units and definitions of quantities of a curve or record.
 
-These are quantities beside the seven parameters, in the words of analysers (the paper has none).
-``evaluation`` computes them from exact curves of the model, and ``breaker.records`` reads
-them from records. Limits, reports and tables name them. This module holds definitions alone, and
+These quantities add to the seven parameters and have the names that analysers print (the paper has
+none). ``evaluation`` computes them from exact curves of the model, and ``breaker.records`` reads
+them from records. Limits, reports and tables name them. This module only defines quantities, and
 loads without numpy.
 """
 
@@ -28,8 +28,8 @@ _TEXT = re.compile(
     r"|(?P<amount>\d+(?:\.\d+)?) ?(?P<unit>%|mm(?= from)) (?P<of>of stroke|from open|from closed))"
 )
 _RESTS = {"closing": ("open", "closed"), "opening": ("closed", "open")}  # before and after
-_SPEED_TRAVEL = 6.0  # mm at size 1: catalogues state speeds over 6 mm beside the contact event
-_USUAL_STROKE = 12.5  # mm, of size 1: contact gap and spring compression of 12 kV breakers
+_SPEED_TRAVEL = 6.0  # mm at size 1: catalogues state speeds over the 6 mm next to the contact event
+_USUAL_STROKE = 12.5  # mm at size 1: contact gap plus spring compression of 12 kV breakers
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ class Point:
             percent of the stroke from the rest position at which the motion begins.
         unit: "mm" or "%"; "ms" if the amount is the time from the contact event.
         rest: "open" or "closed", the rest position from which a distance counts; "" for the event.
-        later: Time from the instant at which the travel is there to the point, ms.
+        later: Time from the instant at which the drive is at that travel to the point, ms.
 
     Example:
         >>> Point.read("6 mm before touch", "closing")
@@ -60,7 +60,7 @@ class Point:
         """Read a point of a motion from its text.
 
         Raises:
-            ValueError: If it has no known form, or names the event of the other motion.
+            ValueError: If the text has no known form, or names the event of the other motion.
         """
         event = EVENTS[motion]
         match = _TEXT.fullmatch(" ".join(str(text).split()))
@@ -88,7 +88,7 @@ class Point:
         return self.unit != "%" and not self.rest
 
     def text(self, motion: str) -> str:
-        """Return the point as ``read`` takes it."""
+        """Return the text of the point for ``read``."""
         event = EVENTS[motion]
         side = "before" if self.amount < 0 else "after"
         place = f"{abs(self.amount):g} {self.unit} {side} {event}" if self.amount else event
@@ -125,8 +125,8 @@ class Speed:
 
     def __post_init__(self) -> None:
         start, end = self.start, self.end
-        alike = start.unit == end.unit or (start.of_event and 0 in (start.amount, end.amount))
-        comparable = alike and start.rest == end.rest and start.of_event == end.of_event
+        same_unit = start.unit == end.unit or (start.of_event and 0 in (start.amount, end.amount))
+        comparable = same_unit and start.rest == end.rest and start.of_event == end.of_event
         if comparable and not (start.amount, start.later) < (end.amount, end.later):
             raise ValueError(f"{self.name} goes {self.words}, which is not forward. Swap them")
 
@@ -151,12 +151,12 @@ class Speed:
 
     @property
     def points(self) -> list[str]:
-        """Points of the speed as ``read`` takes them."""
+        """Texts of the points for ``read``."""
         return [point.text(self.motion) for point in (self.start, self.end)]
 
     @property
     def words(self) -> str:
-        """The points in words."""
+        """Points in words."""
         shares = (self.start.unit, self.end.unit) == ("%", "%")
         if shares and not (self.start.later or self.end.later):
             return f"from {self.start.amount:g} to {self.end.text(self.motion)}"
@@ -177,9 +177,9 @@ def speeds_of(
 ) -> tuple[Speed, ...]:
     """Return the speeds that the section ``speeds`` of the configuration defines.
 
-    ``closing_speed`` and ``opening_speed`` are always among them. Where they are not given, they
-    are over the last 6 mm before the contact touch and the first 6 mm after the contact
-    separation, times the length of the size, to two digits.
+    ``closing_speed`` and ``opening_speed`` are always among them. Their default points are the
+    last 6 mm before the contact touch and the first 6 mm after the contact separation. These 6 mm
+    are multiplied by the length of ``size`` and rounded to two digits.
 
     Raises:
         ValueError: If a definition is wrong.
@@ -193,7 +193,7 @@ def speeds_of(
     """
     distance = float(f"{_SPEED_TRAVEL * size.lengths:.2g}")
     event = Point(0.0, "mm")
-    usual = {  # or as it is configured
+    usual = {
         "closing_speed": Speed("closing_speed", Point(-distance, "mm"), event),
         "opening_speed": Speed("opening_speed", event, Point(distance, "mm")),
     }
@@ -204,9 +204,9 @@ def speeds_of(
 
 
 def speeds_at(settings: Mapping[str, Sequence[str] | None], stroke: float) -> tuple[Speed, ...]:
-    """Return the speeds of a drive with a stroke, mm.
+    """Return the speeds of a drive with a stroke in mm.
 
-    Similar drives share the points that are not configured, as their size is rounded to one digit.
+    Similar drives have the same default points, because their size is rounded to one digit.
     """
     return speeds_of(settings, Size(float(f"{stroke / _USUAL_STROKE:.1g}")))
 
@@ -216,8 +216,8 @@ OF_STROKE = {
     for motion in EVENTS
     for begin, end in ((10, 90), (10, 50), (50, 90))
 }
-"""Points of speeds that every record shows, also without a contact, by name: over most of the
-stroke, and over both halves of that, which show where a drive is slow."""
+"""Points of speeds that need no contact event, by name: over 10 to 90 % of the stroke, and over
+both halves of this range, which show where a drive is slow."""
 
 
 def every_speed(settings: Mapping[str, Sequence[str] | None]) -> tuple[Speed, ...]:
@@ -226,7 +226,7 @@ def every_speed(settings: Mapping[str, Sequence[str] | None]) -> tuple[Speed, ..
 
 
 SPEEDS = speeds_of()
-"""Speeds of a drive of size 1 where none is configured."""
+"""Default speeds of a drive of size 1."""
 
 # ---- catalogue -------------------------------------------------------------------------------
 
@@ -236,13 +236,13 @@ _CLOSING, _OPENING = ("closing",), ("opening",)
 
 @dataclass(frozen=True)
 class Quantity(Parameter):
-    """A quantity of a motion, with the attributes of a parameter and:
+    """A quantity of a motion, with the attributes of a parameter and these.
 
     Attributes:
-        motions: Motions that have it.
-        of: Sources that have it: "model" and "record", on which there may be limits, and "answer",
-            the inference of a single record.
-        zone: Points between which a speed is the mean, in words; empty for others.
+        motions: Motions that have the quantity.
+        of: Sources of the quantity: "model" and "record", which limits may use, and "answer", the
+            inference of a single record.
+        zone: Points between which a mean speed is taken, in words; empty for other quantities.
     """
 
     motions: tuple[str, ...] = MOTIONS
@@ -287,7 +287,7 @@ _TABLE = (  # name, unit, whether more (1) or less (-1) is worse, motions, sourc
 
 
 def quantities(speeds: Sequence[Speed] = SPEEDS) -> dict[str, Quantity]:
-    """Return all quantities by name, the seven parameters first, and the given speeds last.
+    """Return all quantities by name: the seven parameters first, ``speeds`` last.
 
     Example:
         >>> quantities()["closing_speed"].meaning
@@ -309,7 +309,7 @@ def quantities_of(
     """Return the quantities of a motion by name, without the parameters.
 
     Args:
-        of: Sources, of which a quantity has at least one; None for all.
+        of: Allowed sources, of which a quantity needs at least one; None for all.
 
     Example:
         >>> list(quantities_of("opening"))[:4]
@@ -325,20 +325,20 @@ def quantities_of(
 
 
 QUANTITIES = quantities()
-"""Quantities with the usual speeds, by name."""
+"""Quantities with the default speeds, by name."""
 
 AFTER_RELEASE = {motion: f"{event}_after_release" for motion, event in EVENTS.items()}
 """Name of the time from the start of motion to the contact event, by motion."""
 
 SHARES = {f"time_to_{percent}": percent for percent in (10, 50, 90)}
-"""Percent of the stroke to which a time from the trigger goes, by its name."""
+"""Percent of the stroke at which a time from the trigger ends, by name of the time."""
 
 RESISTANCES = ("static_resistance", "arcing_resistance")
-"""Names of the quantities that the resistance of the contact shows."""
+"""Names of the quantities measured from the resistance of the contact."""
 
 CURRENTS = ("coil_current", "coil_dip_time", "coil_off_time")
 CURRENTS += ("motor_inrush", "motor_current", "charging_time", *RESISTANCES)
-"""Names of the quantities that a current shows: of coil or motor, or the test current."""
+"""Names of the quantities measured from a current of coil or motor, or the test current."""
 
 
 _SPOKEN = {parameter.name: parameter.word for parameter in PARAMETERS}
@@ -357,16 +357,16 @@ def in_words(name: str) -> str:
 
 
 ANSWERED = frozenset(name for name, quantity in QUANTITIES.items() if quantity.of == _ANSWER)
-"""Names of the quantities that only the inference of a single record has."""
+"""Names of the quantities that only the inference of a single record gives."""
 
 INFERRED = ANSWERED | {"spring_compression"}
-"""Names of the quantities that no instrument shows, without the parameters."""
+"""Names of the quantities that no instrument measures, without the parameters."""
 
 
 def check_quantity(
     name: str, motion: str, speeds: Sequence[Speed] = SPEEDS, of: str = "model"
 ) -> str | None:
-    """Return why a motion has no such quantity from a source, with a remedy; None if it has.
+    """Return why a motion lacks a quantity from a source, with a remedy; None if it has it.
 
     Args:
         of: "model", "record", or "change", the change of a parameter.
@@ -377,9 +377,7 @@ def check_quantity(
     """
     every = quantities(speeds).values()
     known = [
-        one_quantity.name
-        for one_quantity in every
-        if motion in one_quantity.motions and of in one_quantity.of
+        quantity.name for quantity in every if motion in quantity.motions and of in quantity.of
     ]
     if of == "change":
         known, motion = list(NAMES), "any motion"
@@ -394,12 +392,12 @@ def check_quantity(
 
 # ---- known values ----------------------------------------------------------------------------
 
-_LARGEST = 1e6  # larger values are slips of a unit, and their squares stay finite
-_SHARPEST = 1e-3  # least sd as a share of the value: no instrument measures a drive better
+_LARGEST = 1e6  # larger values result from a wrong unit; squares of smaller ones stay finite
+_SHARPEST = 1e-3  # smallest sd as a share of the value: no instrument is more exact
 
 
 def check_fact(value: float, sd: float) -> str | None:
-    """Return why a value cannot be known with this sd, with a remedy; None if it can.
+    """Return why a known value or its sd is not plausible, with a remedy; None if both are.
 
     Example:
         >>> check_fact(-10.0, 0.1)
@@ -416,14 +414,14 @@ def check_fact(value: float, sd: float) -> str | None:
 # ---- operation metadata ----------------------------------------------------------------------
 
 CONDITIONS = ("temperature", "voltage")
-"""Conditions of an operation that may explain a change."""
+"""Conditions of an operation that can cause a change of the curves."""
 
 ABOUT = ("breaker", "phase", "date", *CONDITIONS, "event")
-"""Metadata of an operation that all results keep; empty where they are not known."""
+"""Metadata of an operation in all results, empty where unknown."""
 
 
 def metadata_names(data: Mapping) -> list[str]:
-    """Return which of ``ABOUT`` have a value for any operation of a dataset."""
+    """Return the names in ``ABOUT`` that have a value for any operation of a dataset."""
     return [
         name
         for name in ABOUT

@@ -1,10 +1,10 @@
-"""The travel sensor: what a record adds to an exact curve.
+"""The travel sensor: errors of a record relative to an exact curve.
 
 Paper, Sec. 3: normal noise on the position of the drive. Real records have two more unknowns: the
-motion starts at an *onset* around the nominal time, and the reading has an additive offset, the
-*zero*. Both are normal with mean zero; a standard deviation of zero turns one off. The zero is
-integrated in closed form: the covariance of a record is ``noise_sd^2 I + zero_sd^2 1 1^T``. A
-missing sample is NaN, and results are those of the other samples.
+motion starts at an *onset* near the nominal time, and the reading has an additive offset, the
+*zero*. Both are normal with mean zero; a standard deviation of zero removes the unknown. The zero
+is integrated in closed form: the covariance of a record is ``noise_sd^2 I + zero_sd^2 1 1^T``. A
+missing sample is NaN and does not count.
 """
 
 from dataclasses import dataclass, replace
@@ -53,7 +53,7 @@ class Sensor:
             raise ValueError("noise_sd must be positive, onset_sd and zero_sd not negative")
 
     def sized(self, size: Size) -> "Sensor":
-        """Return the sensor for drives of another size: grid and errors."""
+        """Return the sensor with grid and errors scaled to drives of another size."""
         return replace(
             self,
             start=self.start * size.times,
@@ -101,7 +101,7 @@ class Sensor:
         """Return the squared Mahalanobis distance of records from curves, ``(..., t) -> (...)``."""
         residual, t = _present(measured - travel)
         total = residual.sum(axis=-1)
-        # That of the noise alone, less the part of the mean that the zero explains.
+        # Squared distance under noise alone, minus the part of the mean that the zero explains.
         explained = self.zero_sd**2 / (self.noise_sd**2 + t[..., 0] * self.zero_sd**2)
         square = np.einsum("...t,...t->...", residual, residual)
         return (square - explained * total**2) / self.noise_sd**2
@@ -116,7 +116,7 @@ class Sensor:
 
 
 def _present(residual: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return residuals ``(..., t)`` with 0 for NaN, and the number of others, ``(..., 1)``."""
+    """Return residuals ``(..., t)`` with 0 for NaN, and the number of finite ones, ``(..., 1)``."""
     missing = np.isnan(residual)
     if not missing.any():
         return residual, np.array([residual.shape[-1]])
