@@ -1,9 +1,9 @@
-"""The bank: curves simulated with parameters from the prior, which networks learn from.
+"""The bank: curves simulated with parameters from the prior, from which networks learn.
 
-Paper, Sec. 3 and 5, and the training phase of Fig. 2. Curves are free of noise and zero, which are
-drawn anew for every batch of a training, so one bank serves every sensor with the same grid and
-onset. A shard is one store and one job; its content depends on the seed, the motion and its number
-alone. The principal components and the envelope of a bank tell which records are unlike it.
+Paper, Sec. 3 and 5, and the training phase of Fig. 2. Curves have no noise and no zero. A training
+draws new ones for every batch, so one bank serves all sensors with the same grid and onset. A shard
+is one store and one job; its content depends only on the seed, the motion and the shard number. The
+principal components and the envelope of a bank detect records that are unlike its curves.
 """
 
 from collections.abc import Sequence
@@ -17,8 +17,8 @@ from breaker.model.curves import Motion, blocks
 from breaker.model.sensor import Sensor
 from breaker.paper.joint_model import Model
 
-_TRAVEL_DTYPE = np.float32  # 1e-6 mm, a hundred-thousandth of the noise
-_ALIKE = ("motion", "settings")  # of the shards of a bank
+_TRAVEL_DTYPE = np.float32  # rounds to 1e-6 mm, a hundred-thousandth of the noise
+_SHARED = ("motion", "settings")  # attributes that all shards of a bank have in common
 
 
 def simulate(model: Model, n: int, rng: np.random.Generator) -> xr.Dataset:
@@ -27,14 +27,14 @@ def simulate(model: Model, n: int, rng: np.random.Generator) -> xr.Dataset:
     Returns:
         Dataset with dims ``curve`` (n), ``time`` (t), ``parameter`` (p): noise-free ``travel``
         (mm), ``parameters``, ``onset`` (ms), ``switching_time`` (ms after the onset, inf if not
-        within the record) and ``reopening`` (contact force zero again after the touch). A simulator
-        of your own has neither of the last two.
+        within the record) and ``reopening`` (contact force zero again after the touch). Your own
+        simulator gives ``inf`` and false for the last two.
     """
     motion, times = model.motion, model.sensor.times
     theta, onset = model.sample(n, rng)
     curves = Motion(np.empty((n, len(times)), _TRAVEL_DTYPE), np.empty(n), np.empty(n, np.bool_))
     bad = 0
-    for rows in blocks(n):  # curves in double precision are those of one block
+    for rows in blocks(n):  # only one block at a time is in double precision
         block = model.simulate(theta[rows], onset[rows], rng)
         for all_rows, part in zip(curves, block, strict=True):
             all_rows[rows] = part
@@ -67,11 +67,11 @@ def truth(bank: xr.Dataset, model: Model) -> np.ndarray:
 
 
 def open_bank(shards: Sequence[str | Path]) -> xr.Dataset:
-    """Read the shards of a bank, in the order given, into one dataset in memory; raise a ValueError
-    if they differ in motion, grid or settings.
+    """Read the shards of a bank, in this order, into one dataset in memory; raise a ValueError if
+    they differ in motion, grid or settings.
     """
     parts = [open_store(shard) for shard in shards]
-    if any(part.attrs[key] != parts[0].attrs[key] for key in _ALIKE for part in parts):
+    if any(part.attrs[key] != parts[0].attrs[key] for key in _SHARED for part in parts):
         raise ValueError(
             f"{shards[0]} and other shards are of different banks. Delete them and simulate again"
         )
@@ -84,7 +84,7 @@ def open_bank(shards: Sequence[str | Path]) -> xr.Dataset:
 def principal_components(
     travel: np.ndarray, sensor: Sensor, count: int
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the mean of noise-free curves ``(n, t)``, mm, ``(t,)``, and the weights ``(t, c)``,
+    """Return the mean ``(t,)`` of noise-free curves ``(n, t)``, mm, and the weights ``(t, c)``,
     1/mm, of the ``count`` components with the largest ratio of signal to noise:
     ``(record - mean) @ weights`` has unit variance over records of the bank.
     """
@@ -92,15 +92,16 @@ def principal_components(
     whitened = sensor.whiten(travel - mean)
     variances, vectors = np.linalg.eigh(whitened.T @ whitened / len(travel))
     variances, vectors = variances[::-1][:count], vectors[:, ::-1][:, :count]
-    # eigh leaves the sign open; fix it, so that it does not depend on the library.
+    # The sign of eigh's vectors depends on the library, so fix it here.
     vectors = vectors * np.sign(vectors[np.abs(vectors).argmax(axis=0), np.arange(count)])
     return mean, sensor.whiten(vectors.T).T / np.sqrt(1.0 + variances)
 
 
 def distance(measured: np.ndarray, mean: np.ndarray, weights: np.ndarray) -> np.ndarray:
-    """Return how far records lie from the bank's centre, ``(n, t) -> (n,)``.
+    """Return the distance of records from the bank's centre, ``(n, t) -> (n,)``.
 
-    The largest score, in standard deviations of the bank; a mean over all scores would hide it.
+    It is the largest score, in standard deviations of the bank; a mean over all scores hides a
+    single large one.
     """
     return np.abs((measured - mean) @ weights).max(axis=-1)
 
@@ -108,8 +109,8 @@ def distance(measured: np.ndarray, mean: np.ndarray, weights: np.ndarray) -> np.
 def excess(measured: np.ndarray, lowest: np.ndarray, highest: np.ndarray) -> np.ndarray:
     """Return how far records leave the bank's envelope, ``(n, t) -> (n,)``, mm.
 
-    The largest over the samples; negative where a record stays inside everywhere. It sees what
-    the components cannot: a record of half the stroke lies near the bank's mean in all of them.
-    The envelope is the lowest and highest noise-free curve, sample by sample, ``(t,)``, mm.
+    It is the largest excess over the samples, negative for a record entirely inside. It detects
+    records that the components miss: half the stroke lies near the bank's mean in all components.
+    The envelope is the lowest and highest noise-free travel at each sample, ``(t,)``, mm.
     """
     return np.maximum(measured - highest, lowest - measured).max(axis=-1)

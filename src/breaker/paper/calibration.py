@@ -1,6 +1,6 @@
 """Simulation-based calibration: are ranks of the truth among posterior draws uniform?
 
-Paper, Sec. 6, Fig. 4 (Talts et al., 2020). All outputs of a calibrated posterior pass together with
+Paper, Sec. 6, Fig. 4 (Talts et al., 2020). A calibrated posterior passes with all its outputs with
 probability 1 - ``LEVEL``. Shapes: ``n`` simulations, ``d`` draws, ``q`` outputs, ``k = d`` points.
 """
 
@@ -28,8 +28,8 @@ class Band:
     Attributes:
         grid: Grid of the ranks, ``(k,)``, fractions ``i / (d + 1)``.
         lower, upper: Lowest and highest ECDF difference inside the band, ``(k,)``.
-        false_alarm: Probability that calibrated ranks of one panel leave the band. At most
-            ``alpha / panels``, and below it by no more than what one count is worth.
+        false_alarm: Probability that calibrated ranks of one panel leave the band: at most
+            ``alpha / panels``, and smaller only because counts are integers.
     """
 
     grid: np.ndarray
@@ -39,11 +39,11 @@ class Band:
 
 
 def simultaneous_band(n: int, draws: int, *, alpha: float, panels: int) -> Band:
-    """Return the band that calibrated ranks of all panels stay in with ``1 - alpha`` or more.
+    """Return the band that contains calibrated ranks of all panels with probability ``1 - alpha``.
 
-    A point's bounds are binomial quantiles; one level, common to all points, is the largest that
-    keeps the false-alarm probability at ``alpha / panels`` or less. The division (Bonferroni) is
-    valid for dependent panels, as outputs that share curves are.
+    The bounds of a point are binomial quantiles. All points share the largest level that keeps the
+    false-alarm probability at or below ``alpha / panels``. The division (Bonferroni) is valid for
+    dependent panels, such as outputs of the same curves.
     """
     low, false_alarm = _lower_counts(int(n), int(draws), alpha / panels)
     grid = _grid(draws)
@@ -54,7 +54,7 @@ def calibration_p_values(ranks: ArrayLike, draws: int) -> np.ndarray:
     """Return the p-value of the ranks of each output, ``(q,)``.
 
     It is the probability that calibrated ranks reach, at their worst grid point, a binomial tail as
-    small as the observed one. An output leaves the band exactly when it is at most
+    small as the observed one. An output leaves the band if and only if its p-value is at most
     ``alpha / panels``.
     """
     counts, n = _counts_below(ranks, draws)
@@ -70,7 +70,7 @@ def _grid(draws: int) -> np.ndarray:
 
 
 def _counts_below(ranks: ArrayLike, draws: int) -> tuple[np.ndarray, int]:
-    """Return how many ranks lie below each grid point, ``(k, q)``, and their number."""
+    """Return how many ranks lie below each grid point, ``(k, q)``, and how many there are, n."""
     columns = [np.bincount(column, minlength=draws + 1) for column in np.transpose(ranks)]
     return np.cumsum(np.stack(columns, axis=1), axis=0)[:-1], len(ranks)
 
@@ -78,8 +78,8 @@ def _counts_below(ranks: ArrayLike, draws: int) -> tuple[np.ndarray, int]:
 def _bounds(n: int, draws: int, tail: float) -> np.ndarray:
     """Return the least count ``(k,)`` at each grid point whose lower binomial tail exceeds tail.
 
-    The greatest count allowed is ``n`` minus the mirrored least one. Found by bisection, with the
-    same tails that make the p-values: a library's quantile may round across a count.
+    By symmetry the greatest allowed count is ``n`` minus the mirrored least count. The bisection
+    uses the tails of the p-values, because a library's quantile may round to another count.
     """
     grid = _grid(draws)
     below, reached = np.full(draws, -1), np.full(draws, n)
@@ -94,9 +94,9 @@ def _bounds(n: int, draws: int, tail: float) -> np.ndarray:
 def _leaving_probability(low: np.ndarray, n: int, draws: int) -> float:
     """Return the probability that counts of ``n`` uniform ranks leave their bounds anywhere.
 
-    Uniform ranks are independent Poisson numbers per rank value, given that they sum to ``n``;
-    their running sum is a Markov chain, followed here inside the bounds. What leaves is summed
-    where it leaves, so that small probabilities keep their relative precision.
+    Counts of uniform ranks are independent Poisson numbers, conditioned on their sum ``n``. Their
+    running sum is a Markov chain, computed here inside the bounds. The probability of leaving is
+    summed step by step, so that small probabilities keep their relative precision.
     """
     rate, high = n / (draws + 1), n - low[::-1]
     step = _poisson(np.arange(int(rate + 14.0 * np.sqrt(rate) + 60)), rate)
@@ -119,7 +119,7 @@ def _poisson(counts: np.ndarray, rate: float) -> np.ndarray:
 @lru_cache(maxsize=32)
 def _lower_counts(n: int, draws: int, level: float) -> tuple[np.ndarray, float]:
     """Return the least counts of the band at ``level``, and its false-alarm probability."""
-    safe, unsafe = np.log(level / (2 * draws)), 0.0  # logs of tails: the union bound is safe
+    safe, unsafe = np.log(level / (2 * draws)), 0.0  # logs of tails, from the union bound
     for _ in range(40):
         middle = (safe + unsafe) / 2
         leaving = _leaving_probability(_bounds(n, draws, np.exp(middle)), n, draws)
@@ -132,7 +132,7 @@ def _lower_counts(n: int, draws: int, level: float) -> tuple[np.ndarray, float]:
 # ---- judgement ---------------------------------------------------------------------------------
 
 LEVEL = 0.05
-"""Probability that a posterior which is calibrated fails, all of its outputs together."""
+"""Probability that a calibrated posterior fails, for all outputs together."""
 
 
 def ranks(draws: ArrayLike, truth: ArrayLike) -> np.ndarray:
@@ -149,7 +149,7 @@ def ranks(draws: ArrayLike, truth: ArrayLike) -> np.ndarray:
 
 
 def family_p_value(p_values: ArrayLike) -> float:
-    """Return the smallest p-value times their number, at most 1: Bonferroni, of any panels."""
+    """Return the smallest p-value times the number of p-values, at most 1 (Bonferroni)."""
     p_values = np.asarray(p_values, dtype=np.float64)
     return float(min(1.0, p_values.size * p_values.min()))
 
@@ -160,11 +160,11 @@ class Calibration:
 
     Attributes:
         difference: ECDF difference, ``(k, q)``.
-        band: The band, common to all outputs.
+        band: Band, the same for all outputs.
         p_values: p-value of each output, ``(q,)``.
         outside: Which outputs leave the band, ``(q,)`` of bool.
-        excess: Largest distance of the ECDF difference beyond the band, ``(q,)``; not positive
-            where it stays inside.
+        excess: Largest distance of the ECDF difference beyond the band, ``(q,)``; zero or negative
+            inside the band.
         p_value: Smallest p-value of the outputs times their number, at most 1.
         alpha: Probability that calibrated outputs leave the band in any panel.
     """
@@ -179,7 +179,7 @@ class Calibration:
 
 
 def judge_ranks(ranks: ArrayLike, draws: int, *, alpha: float = LEVEL) -> Calibration:
-    """Judge the ranks ``(n, q)`` of all outputs among ``draws`` draws, those of ``ranks``."""
+    """Judge the ranks ``(n, q)`` of all outputs among ``draws`` draws (see ``ranks``)."""
     difference = ecdf_difference(ranks, draws)
     panels = difference.shape[1]
     band = simultaneous_band(len(np.asarray(ranks)), draws, alpha=alpha, panels=panels)
@@ -202,8 +202,9 @@ def judge_draws(draws: ArrayLike, truth: ArrayLike) -> Calibration:
 
 
 def coverage(ranks: ArrayLike, draws: int, *, levels: Sequence[float]) -> np.ndarray:
-    """Return the share of truths inside central intervals of ``l`` nominal levels, ``(l, q)``; the
-    expected share is within 1/(d + 1) of the level.
+    """Return the share of true values inside central intervals of ``l`` nominal levels, ``(l, q)``.
+
+    The expected share of a calibrated posterior is within 1/(d + 1) of the level.
     """
     off_centre = np.abs((np.asarray(ranks) + 0.5) / (draws + 1) - 0.5)
     return np.array([np.mean(off_centre <= level / 2, axis=0) for level in levels])

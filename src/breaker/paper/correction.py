@@ -1,13 +1,14 @@
-"""From a network's draws to the exact posterior of each record: what the paper does not have.
+"""Correction of a network's draws to the exact posterior of a record (not in the paper).
 
 The likelihood of the paper's drive is tractable (``joint_model``), so adaptive importance sampling
 reaches the exact posterior without the network's density (Cornuet et al., 2012, "Adaptive multiple
-importance sampling"). A map is fitted to the network's draws. Draws from the map are weighed by the
-exact joint density over the mixture of all maps so far, and the map is fitted again, until a
-round's efficiency is good. Few weights are tempered: raised to the largest power below one that
-leaves an effective size to fit to. Fresh draws from the last map, weighed by its density alone,
-make the result, so that the weights do not depend on the fit. A record whose weights stay poor is
-*unresolved*. ``judge`` measures the divergence of a network from the exact posterior.
+importance sampling"). A map is fitted to the network's draws. Draws from the map get weights: the
+exact joint density over the mixture of all maps so far. The map is fitted again, until the
+efficiency of a round is good. If the effective size is too small for a fit, the weights are
+tempered: raised to the largest power below one that gives this size. New draws from the last map,
+weighted by the density of this map only, are the result, so that their weights do not depend on the
+fit. A record whose weights stay poor is *unresolved*. ``judge`` measures the divergence of a
+network from the exact posterior.
 """
 
 from collections.abc import Sequence
@@ -26,17 +27,17 @@ from tqdm import tqdm
 from breaker.common.randomness import generator, systematic
 from breaker.paper.joint_model import Model
 
-if TYPE_CHECKING:  # corrections need a model alone: torch is not loaded for them
+if TYPE_CHECKING:  # corrections need only a model, and do not load torch
     from breaker.paper.posterior import Posterior
 
-_SMALLEST_SIZE = 400  # of the result's 2000 draws: means are known to 5 % of a posterior sd
-_LARGEST_K = 0.7  # above it errors of importance sampling are not reliable (Vehtari et al., 2024)
-_EFFICIENCY = 0.4  # of a round: twice what the result needs
-_ROUND_DRAWS = 500  # a few times the effective size that a fit needs
-_RESULT_DRAWS = 2000  # whose weights are checked
-_FIT_SIZE = 100  # effective size that a fit needs: thrice the coefficients of its last coordinate
-_FREEDOM = 5.0  # of the maps' Student-t: heavy enough for tails that a fit has not seen
-_RIDGE = {"linear": 2.0, "quadratic": 8.0}  # prior of coefficients, worth so many draws
+_SMALLEST_SIZE = 400  # effective size of the result; sets the error of means to 5 % of a sd
+_LARGEST_K = 0.7  # limit of reliable importance sampling (Vehtari et al., 2024)
+_EFFICIENCY = 0.4  # of the last round: twice the 400 of 2000 draws that the result needs
+_ROUND_DRAWS = 500  # draws of a round: five times the effective size that a fit needs
+_RESULT_DRAWS = 2000  # draws of the result, whose weights are checked
+_FIT_SIZE = 100  # effective size for a fit: three times the coefficients of its last coordinate
+_FREEDOM = 5.0  # degrees of freedom of the Student-t: heavy tails cover what a fit has missed
+_RIDGE = {"linear": 2.0, "quadratic": 8.0}  # weight of the coefficients' prior, in draws
 
 
 # ---- importance weights --------------------------------------------------------------------------
@@ -49,10 +50,10 @@ class Importance:
     Attributes:
         log_weights: Normalised so that their exponentials sum to 1, ``(d,)``.
         size: Effective sample size.
-        log_evidence: Log of the probability density of the record; its standard error is about
+        log_evidence: Log of the probability density of the record, with a standard error of about
             ``sqrt(1 / size - 1 / d)``.
-        gap: Value of ``KL(p | q)``, nats.
-        faulty: Number of weights that are nan or infinite; if any, all else is nan.
+        gap: Divergence ``KL(p | q)``, nats.
+        faulty: Number of weights that are nan or infinite; if any, the other attributes are nan.
     """
 
     log_weights: np.ndarray
@@ -61,7 +62,7 @@ class Importance:
     gap: float
     faulty: int
 
-    @cached_property  # needed for the last weights alone
+    @cached_property  # computed only for the last weights
     def pareto_k(self) -> float:
         """Shape of the largest weights' tail; nan if there are too few."""
         return _pareto_k(self.log_weights[self.log_weights > -np.inf])
@@ -103,7 +104,7 @@ def importance(log_joint: np.ndarray, log_density: np.ndarray) -> Importance:
     if faulty:
         return Importance(np.full(d, np.nan), *[np.nan] * 3, faulty)
     total = logsumexp(log_ratio)
-    if total == -np.inf:  # no draw in the support: nothing is known, and nothing is wrong
+    if total == -np.inf:  # no draw is in the support, which is not a fault
         return Importance(log_ratio, 0.0, -np.inf, np.inf, 0)
     log_weights, log_evidence = log_ratio - total, float(total - np.log(d))
     size = float(np.exp(-logsumexp(2 * log_weights)))
@@ -113,14 +114,14 @@ def importance(log_joint: np.ndarray, log_density: np.ndarray) -> Importance:
 
 
 def _pareto_k(log_weights: np.ndarray) -> float:
-    if log_weights.size < 25:  # five in the tail, the fewest that a shape is fitted to
+    if log_weights.size < 25:  # a fit of the shape needs five weights in the tail
         return np.nan
-    # The largest weights, and the one below them.
+    # The largest weights, and the next smaller one.
     n = log_weights.size
     tail = np.sort(log_weights)[-(n // 5 if n <= 225 else int(3 * np.sqrt(n))) - 1 :]
-    if tail[-1] - tail[1] < 1e-12:  # all alike: nothing is beyond them
+    if tail[-1] - tail[1] < 1e-12:  # equal weights have no tail
         return -np.inf
-    if tail[-1] - tail[0] > 700:  # one weight is everything: the others underflow, and k with them
+    if tail[-1] - tail[0] > 700:  # one weight dominates, and the others underflow
         return np.inf
     weights = np.exp(tail)
     with np.errstate(all="ignore"):
@@ -130,9 +131,9 @@ def _pareto_k(log_weights: np.ndarray) -> float:
 def _tail_shape(excess: np.ndarray) -> float:
     """Fit a generalised Pareto distribution to excesses ``(n,)``, rising; return its shape.
 
-    The posterior mean of Zhang & Stephens (2009, Technometrics 51) on their grid of ``theta``,
-    shrunk towards 0.5 as if by ten more draws (Vehtari et al., 2024, appendix). Written out here,
-    for ArviZ's own takes a second to import, in every job that weighs draws.
+    This is the posterior mean of Zhang & Stephens (2009, Technometrics 51) on their grid of
+    ``theta``, shrunk towards 0.5 with the weight of ten draws (Vehtari et al., 2024, appendix). It
+    avoids ArviZ, which takes a second to import in every job.
     """
     n = excess.size
     points = 30 + int(n**0.5)
@@ -144,9 +145,9 @@ def _tail_shape(excess: np.ndarray) -> float:
 
 
 def resample(log_weights: np.ndarray, n: int, rng: np.random.Generator) -> np.ndarray:
-    """Return the indices of ``n`` draws taken by their normalised weights, ``(n,)``.
+    """Return the indices of ``n`` draws, resampled by their normalised weights, ``(n,)``.
 
-    As ``systematic`` does, from a start above 0, so that no draw of weight 0 is ever taken.
+    Systematic resampling starts above 0, so that it never takes a draw of weight 0.
     """
     return systematic(np.exp(log_weights), n, 1.0 - rng.random(), rng)
 
@@ -160,7 +161,7 @@ def _prefix(k: int) -> int:
 
 
 def _features(y: np.ndarray) -> np.ndarray:
-    """Constant, linear and quadratic features ``(k, d) -> (f, d)``, by their last coordinate."""
+    """Return constant, linear and quadratic features, ``(k, d) -> (f, d)``, by last coordinate."""
     features = [np.ones((1, y.shape[1]))]
     for j, last in enumerate(y):
         features += [last[None], y[: j + 1] * last]
@@ -169,12 +170,12 @@ def _features(y: np.ndarray) -> np.ndarray:
 
 @dataclass(frozen=True)
 class TriangularMap:
-    """Density over ``(q,)`` whose principal axes bend with the wider ones, quadratically.
+    """Density over ``(q,)`` whose principal axes bend, quadratically, along the wider axes.
 
     Attributes:
         mean: Centre, ``(q,)``.
         axes: Principal axes times their standard deviations, in columns, widest first, ``(q, q)``.
-        coefficients: Of the quadratic functions, one a row, ``(q, f)``.
+        coefficients: Coefficients of the quadratic functions, a row per function, ``(q, f)``.
         scales: Scale of the Student-t of each coordinate, ``(q,)``.
     """
 
@@ -186,7 +187,7 @@ class TriangularMap:
     @classmethod
     def fit(cls, draws: np.ndarray, weights: np.ndarray | None = None) -> Self:
         """Fit to draws ``(d, q)`` with weights ``(d,)`` that sum to 1, or equal ones; raise a
-        LinAlgError if one is not finite, or the draws do not span all directions.
+        LinAlgError if a number is not finite, or the draws do not span all directions.
         """
         d, q = draws.shape
         if weights is None:
@@ -207,7 +208,7 @@ class TriangularMap:
         ridge[[_prefix(j) for j in range(q - 1)]] = _RIDGE["linear"]
         ridge[0] = 0.0
         gram = weighted @ features.T + np.diag(ridge * (weights @ weights))
-        # The features of each coordinate are the first few: one factor serves all regressions.
+        # A coordinate uses only the first features, so one factor serves all regressions.
         factor = np.linalg.cholesky(gram)
         partial = solve_triangular(factor, weighted @ y.T, lower=True)
         coefficients = np.zeros((q, len(gram)))
@@ -255,14 +256,15 @@ class _Draws(NamedTuple):
 
 @dataclass(frozen=True)
 class Corrected:
-    """Exact posterior of one record, as far as it was reached.
+    """Exact posterior of one record, or the best approximation of it.
 
     Attributes:
-        draws: Equally weighted draws, resampled, ``(d, q)``, physical units; those of an
-            unresolved record are its best so far, nan if there are none.
+        draws: Equally weighted draws, resampled, ``(d, q)``, physical units; the best draws of an
+            unresolved record, nan if there are none.
         importance: Weights of the last round of adaptation.
-        resolved, reason: Whether effective size and tail of the weights are good enough, and why
-            they are not, in words.
+        rounds: Number of rounds of adaptation.
+        resolved: Whether effective size and tail of the weights are good enough.
+        reason: Reason why they are not, in words; empty if they are.
     """
 
     draws: np.ndarray
@@ -280,11 +282,11 @@ def correct(
     *,
     rounds: int = 20,
 ) -> Corrected:
-    """Correct the draws ``(d, q)`` of a network, physical units, of one record ``(t,)``, mm, nan
-    where a sample is missing. Only their rough place and spread matter.
+    """Correct a network's draws ``(d, q)``, physical units, for one record ``(t,)``, mm, nan where
+    a sample is missing. Only rough location and spread of the draws matter.
 
-    There are at most so many rounds of adaptation. One is enough for 99 % of the default run's
-    records.
+    ``rounds`` is the largest number of rounds of adaptation. One round is enough for 99 % of the
+    default run's records.
     """
 
     def draw(n: int) -> _Draws:
@@ -292,7 +294,7 @@ def correct(
         log_joint = model.log_joint(z, record)
         return _Draws(proposal, z, log_joint, importance(log_joint, proposal.log_prob(z)))
 
-    drawn: list[_Draws] = []  # all so far, adaptation and result
+    drawn: list[_Draws] = []  # all draws so far, of adaptation and result
     result, done, failure = None, 0, ""
     try:
         with np.errstate(divide="ignore"):  # a draw of 0 makes no map
@@ -322,9 +324,9 @@ _UNKNOWN = Importance(np.array([np.nan]), *[np.nan] * 3, 0)
 
 
 def _refit(drawn: Sequence[_Draws]) -> TriangularMap:
-    """Fit a map to all draws so far, weighed by the mixture of all maps so far.
+    """Fit a map to all draws so far, weighted by the mixture of all maps so far.
 
-    While too few of them are in the prior's support, more are drawn from the last map.
+    If too few of these draws are in the prior's support, return the last map for more draws.
     """
     z = np.concatenate([block.z for block in drawn])
     densities = [block.proposal.log_prob(z) + np.log(len(block.z) / len(z)) for block in drawn]
@@ -338,8 +340,8 @@ def _refit(drawn: Sequence[_Draws]) -> TriangularMap:
 def temper(log_ratio: np.ndarray, size: float) -> np.ndarray:
     """Return normalised weights of at least an effective size, ``(d,) -> (d,)``.
 
-    The ratios, of which as many are finite, are raised to the largest power up to 1 that leaves it.
-    A LinAlgError is raised if a ratio is nan or infinite.
+    The ratios are raised to the largest power up to 1 that gives the effective size ``size``. At
+    least ``size`` ratios must be finite. A ratio of nan or +inf raises a LinAlgError.
     """
     finite = np.isfinite(log_ratio)
     faulty = np.sum(~finite & (log_ratio != -np.inf))
@@ -351,7 +353,7 @@ def temper(log_ratio: np.ndarray, size: float) -> np.ndarray:
         weights = np.exp(power * centred)
         return weights.sum() ** 2 / np.square(weights).sum() - size
 
-    # The root is found to 1e-3 of itself, however small, and taken from below.
+    # The root has a relative error of 1e-3, however small it is, and is taken from below.
     power = 1.0
     if excess(power) < 0:
         power = (1 - 1e-3) * brentq(excess, 0.0, power, xtol=1e-300, rtol=1e-3)
@@ -366,7 +368,7 @@ def temper(log_ratio: np.ndarray, size: float) -> np.ndarray:
 def correct_validation(
     model: Model, data: xr.Dataset, *, seed: int, rounds: int = 20
 ) -> xr.Dataset:
-    """Correct the draws of what ``inference.validate`` returns, in at most so many rounds.
+    """Correct the draws in the result of ``inference.validate``, in at most ``rounds`` rounds.
 
     Returns:
         ``data`` with corrected ``draws`` and, over ``curve``, the fields of ``Corrected`` and of
@@ -378,16 +380,16 @@ def correct_validation(
     for i in tqdm(range(len(draws)), "correcting", mininterval=5, unit="curve"):
         rng = generator(seed, "correction", model.motion, i)
         record, given = data.measured.values[i], data.draws.values[i]
-        one_result = correct(model, record, given, rng, rounds=rounds)
-        draws[i], weights = one_result.draws, one_result.importance
-        row = {name: getattr(one_result, name) for name in ("resolved", "rounds")}
+        exact = correct(model, record, given, rng, rounds=rounds)
+        draws[i], weights = exact.draws, exact.importance
+        row = {name: getattr(exact, name) for name in ("resolved", "rounds")}
         row |= {name: getattr(weights, name) for name in ("efficiency", "pareto_k", "log_evidence")}
-        rows.append(row | {"why_unresolved": one_result.reason, "faulty_weights": weights.faulty})
+        rows.append(row | {"why_unresolved": exact.reason, "faulty_weights": weights.faulty})
     return data.assign(_by_curve(rows) | {"draws": (data.draws.dims, draws)})
 
 
 def _by_curve(rows: Sequence[dict]) -> dict:
-    """Return variables over ``curve`` from what is known of each curve, by name."""
+    """Return variables over ``curve``, by name, from the rows of the curves."""
     return {name: ("curve", np.array([row[name] for row in rows])) for name in rows[0]}
 
 
@@ -395,16 +397,16 @@ def judge(posterior: "Posterior", data: xr.Dataset, corrected: xr.Dataset) -> xr
     """Judge a network's draws by its own density against the exact posterior.
 
     Args:
-        data: What ``inference.validate`` returns, as many curves as are to be judged.
-        corrected: What ``correct_validation`` made of the same curves, with the evidence; a
-            ValueError is raised if they are others.
+        data: Result of ``inference.validate``, the curves to judge.
+        corrected: Result of ``correct_validation`` for the same curves, with the evidence. Other
+            curves raise a ValueError.
 
     Returns:
-        Dataset over ``curve``, of the importance weights of the network's draws: ``efficiency``,
+        Dataset over ``curve``. From the importance weights of the network's draws: ``efficiency``,
         ``pareto_k``, ``faulty_weights``, ``divergence`` (KL of the exact posterior from the
-        network's, nats) and ``c2st`` (accuracy of the best classifier of the two). At the true
-        values: ``gap`` (``log p - log q``, whose mean over curves is the mean divergence, whatever
-        the weights). ``resolved`` is that of the corrected curve.
+        network's, nats) and ``c2st`` (accuracy of the best classifier of both posteriors). At the
+        true values: ``gap`` (``log p - log q``, whose mean over curves is the mean divergence for
+        any weights). ``resolved`` is copied from the corrected curve.
     """
     model, n = posterior.model, data.sizes["curve"]
     if not np.array_equal(corrected.truth.values[:n], data.truth.values):
@@ -412,7 +414,7 @@ def judge(posterior: "Posterior", data: xr.Dataset, corrected: xr.Dataset) -> xr
     rows = []
     for i in tqdm(range(n), desc=f"judging {model.motion}", mininterval=5, unit="curve"):
         record, exact = data.measured.values[i], corrected.isel(curve=i)
-        # The truth goes along as one more point.
+        # The truth is one more point after the draws.
         values = np.concatenate([data.draws.values[i], data.truth.values[i : i + 1]])
         log_density = posterior.log_prob(values[None], record[None])[0] - model.log_scaling(values)
         log_joint = model.log_joint(model.standardise(values), record)

@@ -1,8 +1,8 @@
-"""Inference: posteriors of simulated records and of measured ones, and predictions from them.
+"""Inference: posteriors of simulated and measured records, and predictions from them.
 
-Paper, the inference phase of Fig. 2: ``validate`` makes the posteriors of simulated records (Sec.
-6), ``infer`` those of an endurance test (Sec. 7), and ``predict`` the posterior predictive checks
-of both (Figs. 8 and 9).
+Paper, the inference phase of Fig. 2: ``validate`` infers simulated records (Sec. 6), ``infer``
+records of an endurance test (Sec. 7), and ``predict`` computes the posterior predictive checks of
+both (Figs. 8 and 9).
 """
 
 from typing import TYPE_CHECKING
@@ -17,15 +17,15 @@ from breaker.paper.bank import simulate, truth
 from breaker.paper.joint_model import Model
 from breaker.paper.validation import intervals, share_inside
 
-if TYPE_CHECKING:  # predictions need a model alone: torch is not loaded for them
+if TYPE_CHECKING:  # predictions need only a model, and do not load torch
     from breaker.paper.posterior import Posterior
 
-# Part of the travel that belongs to the main motion: about to the touch, and to the stop.
+# Share of the travel in the main motion: about to the touch, and to the stop.
 _MAIN_PART = {"closing": 0.75, "opening": 0.85}
 
 
 def _noise(posterior: "Posterior", seed: int, purpose: str, keys: np.ndarray, draws: int):
-    """Start points of the draws, ``(o, d, q)``: one generator a record, whatever the chunks."""
+    """Return start points of the draws, ``(o, d, q)``; each record has its own generator."""
     shape = (draws, len(posterior.outputs))
     return np.stack(
         [generator(seed, purpose, posterior.motion, int(k)).standard_normal(shape) for k in keys]
@@ -33,7 +33,7 @@ def _noise(posterior: "Posterior", seed: int, purpose: str, keys: np.ndarray, dr
 
 
 def validate(posterior: "Posterior", n: int, draws: int, seed: int) -> xr.Dataset:
-    """Infer ``n`` records simulated from the prior; return what ``sample_records`` returns."""
+    """Infer ``n`` records simulated from the prior; return the result of ``sample_records``."""
     model = posterior.model
     rng = generator(seed, "validation records", model.motion)
     bank = simulate(model, n, rng)
@@ -48,8 +48,8 @@ def sample_records(
 
     Returns:
         Dataset with dims ``curve``, ``draw``, ``output``, ``time``: ``draws`` and ``truth`` in
-        physical units, ``measured`` (mm); and the scale in which an output is judged:
-        ``prior_sd``, of its logarithm where ``logarithmic``.
+        physical units, ``measured`` (mm); and the scale in which outputs are judged: ``prior_sd``,
+        for logarithms where ``logarithmic``.
     """
     model = posterior.model
     noise = _noise(posterior, seed, "validation draws", np.arange(len(measured)), draws)
@@ -86,9 +86,9 @@ def infer(
 
     Args:
         curves: ``travel (operation, time)``, ``accepted``, ``reason`` and ``file (operation)``.
-            Operations without a posterior stay, as missing values with their reason.
+            Operations without a posterior stay in the result, with missing values and a reason.
         draws: Draws for each operation.
-        misfit_p_value: Posterior predictive p-value below which a record counts as misfit.
+        misfit_p_value: Posterior predictive p-value below which a record is a misfit.
 
     Returns:
         ``curves`` with ``draws`` (operation, draw, output), ``median``, ``interval_50`` and
@@ -102,7 +102,7 @@ def infer(
     reasons = curves.reason.values.astype(object)
     accepted = np.flatnonzero(curves.accepted.values)
     for i in tqdm(accepted, desc=f"inferring {motion}", mininterval=5, unit="operation"):
-        # One by one, as the draws: sums over more rows may round in another order.
+        # One record at a time, because sums over more rows may round in another order.
         record = measured[i : i + 1]
         noise = _noise(posterior, seed, "draws", operations[[i]], draws)
         rng = generator(seed, "predictive curves", motion, int(operations[i]))
@@ -111,7 +111,7 @@ def infer(
             sampled = posterior.sample(record, noise)[0]
             p_value[i] = predictive_p_value(model, record[0], sampled, rng)
         except (ArithmeticError, RuntimeError, ValueError) as error:
-            # So unlike the bank that the network's answer is no posterior; the rest goes on.
+            # The record is so unlike the bank that inference fails; go on with the next one.
             reasons[i] = f"{curves.file.values[i]}: no posterior: {error}"
             continue
         values[i] = sampled
@@ -134,10 +134,10 @@ def predictive_p_value(
     """Return the posterior predictive p-value of a record ``(t,)``, from draws ``(d, q)``.
 
     The discrepancy is the squared Mahalanobis distance of the record from the curve of a draw, with
-    the zero integrated. That of a replicate follows a chi-square with as many degrees of freedom as
-    the record has samples, so its tail needs no simulation. A small value means that the model
-    cannot produce such a record. The randomness of a simulator of your own, whose generator is
-    ``rng``, makes it smaller.
+    the zero integrated. The discrepancy of a replicate follows a chi-square distribution with one
+    degree of freedom per sample, so the p-value needs no simulated replicates. A small p-value
+    means that the model cannot produce such a record. Random curves of your own simulator, with
+    the generator ``rng``, make it smaller.
     """
     discrepancy = model.sensor.chi_square(record, model.curves(values, rng))
     return float(chdtrc(np.isfinite(record).sum(), discrepancy).mean())
@@ -149,17 +149,16 @@ def predictive_p_value(
 def predict(model: Model, measured: np.ndarray, draws: np.ndarray, *, seed: int) -> xr.Dataset:
     """Predict records from the draws of their own posteriors (paper, Sec. 6, Fig. 8).
 
-    There is one replicate for each draw, which shares the record's parameters, onset and zero, and
-    has its own noise.
+    Each draw has one replicate, with parameters, onset and zero of the draw and new noise.
 
     Args:
         measured: Records, ``(n, t)``, mm.
         draws: Draws of their posteriors, ``(n, d, q)``.
 
     Returns:
-        Dataset with dims ``curve``, ``time``: ``measured``, and the ``median``, ``lower`` and
-        ``upper`` end of the pointwise 95 % interval of the replicates, mm; and
-        ``share_inside (curve)``, the share of the samples inside.
+        Dataset with dims ``curve``, ``time``: ``measured``, and ``median``, ``lower`` and ``upper``
+        end of the pointwise 95 % interval of the replicates, mm; and ``share_inside (curve)``, the
+        share of samples inside the interval.
     """
     sensor, bands = model.sensor, []
     for i, (record, values) in enumerate(zip(measured, draws, strict=True)):
@@ -187,14 +186,14 @@ def predict_stages(model: Model, inferred: xr.Dataset, *, stages: int, seed: int
     """Predict the records at a few stages of an endurance test (paper, Sec. 7, Fig. 9).
 
     Args:
-        inferred: What ``infer`` returns, all operations.
+        inferred: Result of ``infer``, all operations.
         stages: Number of stages, evenly spread over the operations with draws, ends included.
 
     Returns:
-        Dataset over ``stage``, ``time``: ``travel`` and the ``median``, ``lower`` and ``upper``
-        end of its prediction; coordinate ``operation (stage)``; and over ``stage``:
+        Dataset over ``stage``, ``time``: ``travel``, with ``median``, ``lower`` and ``upper`` end
+        of its prediction; coordinate ``operation (stage)``; and over ``stage``:
         ``main_motion_end``, ms, ``share_inside``, the share of samples of the main motion inside
-        the band, ``p_value`` and the flag ``misfit`` of the entire record.
+        the band, and ``p_value`` and the flag ``misfit`` of the entire record.
 
     Raises:
         ValueError: If no operation has draws.
@@ -208,7 +207,7 @@ def predict_stages(model: Model, inferred: xr.Dataset, *, stages: int, seed: int
     times, medians = model.sensor.times, result["median"].values
     main = np.stack([main_motion(median, times, model.motion) for median in medians])
     band = (result.measured.values, result.lower.values, result.upper.values)
-    ends = [times[inside].max(initial=0.0) for inside in main]  # it begins at 0
+    ends = [times[inside].max(initial=0.0) for inside in main]  # the main motion begins at 0
     return (
         result.rename(curve="stage", measured="travel")
         .assign(
@@ -225,7 +224,7 @@ def main_motion(travel: np.ndarray, times: np.ndarray, motion: str) -> np.ndarra
     """Return which samples of a curve belong to the main motion, ``(t,)`` of bool.
 
     The model describes this part of a record (paper, Sec. 7), not the rest of the stroke, where
-    stops and dampers act. It lasts from time 0 until the drive has moved by its part of the travel
+    stops and dampers act. It lasts from time 0 until the drive has moved by a share of the travel
     between the rest positions: about to the touch when closing, to the stop when opening.
 
     Args:

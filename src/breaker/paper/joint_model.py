@@ -1,13 +1,13 @@
 """The joint probability model of one motion: prior, drive and sensor (paper, Sec. 3 and 5).
 
-Its unknowns, the *outputs*, are the parameters and, where the sensor has one, the onset. Only this
-module scales them. Networks, maps and samplers work in standardised outputs: logarithms of
-parameters in prior standard deviations, and the onset in its own. The joint density is exact,
-because the curve of the paper's drive is exact and the noise Gaussian.
+The unknowns of the model, its *outputs*, are the parameters and, if the sensor has one, the onset.
+Only this module scales them. Networks, maps and samplers work in standardised outputs: logarithms
+of parameters in prior standard deviations, and the onset in its standard deviation. The joint
+density is exact, because the curve of the paper's drive is exact and the noise is Gaussian.
 
-A prior or a simulator of your own replaces those of the paper by its name in the section ``model``
-of the configuration. With a simulator, or a prior without ``log_prob``, all works that needs draws
-alone; what needs the exact density raises an error.
+Your own prior or simulator replaces the paper's if the section ``model`` of the configuration names
+it. With your own simulator, or a prior without ``log_prob``, everything that needs only draws
+works; functions that need the exact density raise an error.
 """
 
 from collections.abc import Callable, Mapping
@@ -25,15 +25,15 @@ from breaker.model.parameters import MOTIONS, NAMES, ONSET, PARAMETERS, Paramete
 from breaker.model.prior import Prior
 from breaker.model.sensor import Sensor
 
-_FARTHEST = 20.0  # prior sd; beyond lies a probability of 1e-88
-_SCALING_DRAWS = 10_000  # the sd of a parameter is known to 1 %
+_FARTHEST = 20.0  # prior sd; omits a probability of 1e-88
+_SCALING_DRAWS = 10_000  # sets the error of a parameter's sd to 1 %
 
 
 class OwnPrior:
-    """A prior of your own (see ``model.prior``), with the interface of the paper's.
+    """Your own prior (see ``model.prior``), with the interface of the paper's prior.
 
-    Parameters are standardised by mean and sd of 10,000 seeded draws: of their logarithms where
-    all draws are positive.
+    Parameters are standardised by mean and sd of 10,000 seeded draws, in logarithms if all draws
+    are positive.
     """
 
     def __init__(self, prior: object) -> None:
@@ -51,7 +51,7 @@ class OwnPrior:
         return np.where(self.logarithmic, np.log(np.where(self.logarithmic, theta, 1.0)), theta)
 
     def sample(self, n: int, rng: np.random.Generator) -> np.ndarray:
-        """Draw parameters, ``(n, p)``; raise a ValueError if the prior does not return them so."""
+        """Draw parameters, ``(n, p)``; raise a ValueError if their shape or a value is wrong."""
         theta = np.asarray(self.prior.sample(n, rng), dtype=np.float64)
         if theta.shape != (n, len(self.names)) or not np.isfinite(theta).all():
             raise ValueError(
@@ -70,7 +70,7 @@ class OwnPrior:
         return np.where(self.logarithmic, np.exp(np.where(self.logarithmic, scaled, 0.0)), scaled)
 
     def supported(self, theta: np.ndarray) -> np.ndarray:
-        """Return where the density is positive, ``(..., p) -> (...)``, if the prior has one."""
+        """Return where the density is positive, ``(..., p) -> (...)``; needs ``log_prob``."""
         rows = theta.reshape(-1, theta.shape[-1])
         return (np.asarray(self.log_prob(rows)) > -np.inf).reshape(theta.shape[:-1])
 
@@ -119,8 +119,8 @@ class Model:
     def from_settings(cls, settings: Mapping) -> "Model":
         """Build from ``{"model", "prior", "sensor", "motion"}``, as in the configuration.
 
-        Where ``model`` is null, it is the paper's. A ValueError is raised if a function that it
-        names is not there, or does not fit.
+        A ``model`` of null is the paper's model. A ValueError is raised if ``model`` names a
+        function that does not exist or does not fit.
         """
         own = settings.get("model") or {}
         named = {name: load(own[name]) for name in ("prior", "simulator") if own.get(name)}
@@ -131,12 +131,12 @@ class Model:
 
     @property
     def parameters(self) -> tuple[str, ...]:
-        """Names of the parameters: the outputs but the onset."""
+        """Names of the parameters: all outputs except the onset."""
         return tuple(self.prior.names)
 
     @cached_property
     def outputs(self) -> tuple[Parameter, ...]:
-        """What is inferred, in order."""
+        """Inferred quantities, in order."""
         known = {parameter.name: parameter for parameter in PARAMETERS}
         own = [
             known.get(name) or Parameter(name=name, symbol=name, unit="1", meaning=name)
@@ -167,7 +167,7 @@ class Model:
         self, theta: np.ndarray, onset: np.ndarray | float, rng: np.random.Generator | None = None
     ) -> Motion:
         """Simulate motions of parameters ``(n, p)`` and onsets ``(n,)``, without noise; ``rng`` is
-        for a simulator of your own whose curves are random.
+        for your own simulator if its curves are random.
         """
         times = self.sensor.times
         if not self.simulator:
@@ -182,8 +182,8 @@ class Model:
         return Motion(curves, np.full(len(theta), np.inf), np.zeros(len(theta), dtype=bool))
 
     def try_out(self) -> None:
-        """Raise a ValueError if own functions return other shapes, nothing finite, or draws of the
-        paper's drive whose contact never closes.
+        """Raise a ValueError if your own functions return wrong shapes, values that are not finite,
+        or parameters of the paper's drive with which the contact never closes.
         """
         rng = generator(0, "trial")
         if not self.simulator:
@@ -235,7 +235,7 @@ class Model:
     # The exact density.
 
     def check_exact(self) -> None:
-        """Raise a ValueError if the density of the model is not known."""
+        """Raise a ValueError if the model has no known density."""
         if self.simulator or not hasattr(self.prior, "log_prob"):
             raise ValueError(
                 "the exact density of the posterior is known only for the drive of the paper with "
@@ -246,13 +246,13 @@ class Model:
         """Return the normalised log density of standardised outputs, ``(..., q) -> (...)``.
 
         It is ``-inf`` outside the prior's support, beyond 20 prior standard deviations of any
-        output, and for drives too fast to be simulated; nan stays nan.
+        output, and for drives too fast to simulate; nan stays nan.
         """
         self.check_exact()
         p = len(NAMES)
         near = np.all(np.abs(z) <= _FARTHEST, axis=-1)
         values = self.destandardise(np.where(near[..., None], z, 0.0))
-        theta, onset = values[..., :p], values[..., p:].sum(axis=-1)  # 0 where it is no output
+        theta, onset = values[..., :p], values[..., p:].sum(axis=-1)  # onset 0 if not an output
         inside = near & self.prior.supported(theta) & ~too_fast(theta, self.sensor.times, onset)
         result = np.where(inside, self._log_density(np.where(inside[..., None], z, 0.0)), -np.inf)
         return np.where(np.isnan(z).any(axis=-1), np.nan, result)
@@ -262,7 +262,7 @@ class Model:
         if isinstance(self.prior, Prior):
             normal = -0.5 * (np.square(z).sum(-1) + z.shape[-1] * np.log(2 * np.pi))
             return normal - self.prior.log_support
-        # The onset is normal; the parameters have the density of the prior, per unit of z.
+        # The onset is normal; the density of the parameters, from the prior, is per unit of z.
         values, p = self.destandardise(z), len(NAMES)
         density = np.asarray(self.prior.log_prob(values[..., :p].reshape(-1, p)))
         in_z = density.reshape(z.shape[:-1]) - self.log_scaling(values)
@@ -272,9 +272,9 @@ class Model:
     def log_joint(self, z: np.ndarray, record: np.ndarray) -> np.ndarray:
         """Return ``log p(z, record)`` of standardised outputs ``(n, q)`` and a record ``(t,)``.
 
-        Exact: the zero is integrated, the onset is one of the outputs, and samples that are nan
-        are missing. ``(n,)``, per unit of ``z``; ``-inf`` where the prior is zero and nothing is
-        simulated.
+        The density ``(n,)``, per unit of ``z``, is exact: the zero is integrated, the onset is an
+        output, and samples of nan are missing. It is ``-inf`` where the prior is zero, where no
+        curve is simulated.
         """
         result = self.log_prior(z)
         inside = np.isfinite(result)
@@ -283,7 +283,7 @@ class Model:
         return result
 
 
-# ---- how much a record can tell, linearised ------------------------------------------------------
+# ---- contraction that a record allows, linearised ------------------------------------------------
 
 
 def contraction_limit(model: Model, values: np.ndarray) -> np.ndarray:
@@ -293,7 +293,7 @@ def contraction_limit(model: Model, values: np.ndarray) -> np.ndarray:
     theta, onset = values[:, :p], values[:, p] if sensor.infers_onset else 0.0
     _, slopes = sensitivity(theta, sensor.times, model.motion, onset=onset)
     slopes = slopes[..., :q]
-    # Slopes are by logarithms of parameters, and by the onset; here by standardised outputs.
+    # Convert slopes by log parameters and onset to slopes by standardised outputs.
     steps = np.where(model.logarithmic[:p], model.sds[:p], model.sds[:p] / theta)
     slopes[..., :p] *= steps[:, None]
     slopes[..., p:] *= sensor.onset_sd
@@ -303,7 +303,7 @@ def contraction_limit(model: Model, values: np.ndarray) -> np.ndarray:
 
 
 def limit_over_prior(model: Model, n: int, rng: np.random.Generator) -> xr.Dataset:
-    """Return the limit at ``n`` draws from the prior: ``contraction (curve, output)``."""
+    """Return the limit at ``n`` draws from the prior, as ``contraction (curve, output)``."""
     values = np.column_stack(model.sample(n, rng))[:, : len(model.names)]
     return xr.Dataset(
         {"contraction": (("curve", "output"), contraction_limit(model, values))},

@@ -1,8 +1,8 @@
 """The posterior network of one motion: scaling by the prior, summary network, inference network.
 
 Paper, Sec. 2 and 4 (Fig. 2): a summary network compresses a record, and an inference network, given
-that summary, turns normal noise into posterior draws. This is the one place where networks meet the
-breaker: they see the standardised outputs of ``joint_model.Model``.
+the summary, maps normal noise to posterior draws. Only this module connects networks and breaker:
+the networks get the standardised outputs of ``joint_model.Model``.
 """
 
 from collections.abc import Mapping
@@ -21,7 +21,7 @@ from breaker.networks.summary import build
 from breaker.paper.bank import distance, excess
 from breaker.paper.joint_model import Model
 
-_MOST_STEPS = 1000  # of a solver: a file that asks for more would take for ever
+_MOST_STEPS = 1000  # solver steps that a file may ask for; limits the time of a draw
 
 
 class Posterior(nn.Module):
@@ -29,15 +29,15 @@ class Posterior(nn.Module):
 
     Args:
         settings: ``{"motion", "model", "prior", "sensor", "network"}``, as in the configuration;
-            further entries are kept as the record of how the model was made.
-        seed: Seed of the first weights.
+            further entries are kept, to document the training.
+        seed: Seed of the initial weights.
 
     Attributes:
-        model: Joint model that it is for; ``sensor``, ``motion`` and ``outputs`` are the model's.
-        name: Name of its training.
+        model: Joint model of the network; ``sensor``, ``motion`` and ``outputs`` are the model's.
+        name: Name of the training.
         solver_steps, density_solver_steps: Steps of the solver for sampling and for the density,
-            chosen at the end of the training so that either is converged: more for the density, as
-            importance weights ask more of it.
+            chosen at the end of the training so that both converge. The density needs more steps,
+            because importance weights need a smaller error.
     """
 
     def __init__(self, settings: Mapping, *, seed: int = 0) -> None:
@@ -48,13 +48,13 @@ class Posterior(nn.Module):
         self.name = self.motion = self.model.motion
         self.outputs: tuple[Parameter, ...] = self.model.outputs
         samples, components = self.sensor.samples, settings["network"]["summary"]["components"]
-        # Layers draw first weights from torch's global generator: forked, the seed alone decides.
+        # Layers take initial weights from torch's global generator: fork it, so the seed decides.
         with torch.random.fork_rng(devices=[]):
             torch.manual_seed(seed_integer(seed, "first weights", self.motion))
             self.summary, self.inference = build(
                 settings["network"], samples=samples, dims=len(self.outputs)
             )
-        # What the bank's curves look like, in float64, by which ``distance`` judges records.
+        # Statistics of the bank's curves, in float64, for ``distance``.
         sizes = {"curve_mean": (samples,), "curve_weights": (samples, components)}
         sizes |= {"farthest": (), "margin": (), "lowest": (samples,), "highest": (samples,)}
         for name, size in sizes.items():
@@ -70,14 +70,14 @@ class Posterior(nn.Module):
         Args:
             measured: Records, ``(n, t)``, mm.
             z: Standardised outputs, ``(n, q)``.
-            noise, time: Those of ``FlowMatching.loss``, ``(n, k, q)`` and ``(n, k, 1)``.
+            noise, time: As in ``FlowMatching.loss``, ``(n, k, q)`` and ``(n, k, 1)``.
         """
         return self.inference.loss(z, self.summary(measured), noise, time)
 
     def validation_loss(self, measured: Tensor, z: Tensor, noise: Tensor, time: Tensor) -> Tensor:
-        """Return minus the log density of each row, ``(n,)``; arguments as of ``loss``."""
+        """Return the negative log density of each row, ``(n,)``; arguments as for ``loss``."""
         features = self.summary(measured)
-        # Eight steps rank weights; what draws and densities need is chosen after the training.
+        # Eight steps suffice to rank weights; ``training.convergence`` chooses the final numbers.
         return -self.inference.log_prob(z[:, None], features, steps=8)[:, 0]
 
     @torch.no_grad()
@@ -90,10 +90,10 @@ class Posterior(nn.Module):
 
         Returns:
             Draws in physical units, ``(o, d, q)``, float64. Some may lie outside the prior's
-            support, which the network knows only by example.
+            support, which the network learns only from examples.
 
         Raises:
-            ValueError: If the network does not accept such a record; with the remedy.
+            ValueError: If the network does not accept a record; the message states the remedy.
             FloatingPointError: If a draw is not finite.
         """
         self._check(measured)
@@ -103,7 +103,7 @@ class Posterior(nn.Module):
             z = self.inference.sample(
                 self._tensor(start[None]), features, steps=self.solver_steps.item()
             )[0]
-            with np.errstate(over="ignore"):  # counted below
+            with np.errstate(over="ignore"):  # infinite draws are counted below
                 draws[i] = self.model.destandardise(z.cpu().numpy())
         bad = ~np.isfinite(draws).all(axis=(1, 2))
         if bad.any():
@@ -125,10 +125,10 @@ class Posterior(nn.Module):
         return density + self.model.log_scaling(values)
 
     def distance(self, measured: np.ndarray) -> np.ndarray:
-        """Return how unlike the bank's curves records are, ``(o, t) -> (o,)``.
+        """Return the distance of records from the bank's curves, ``(o, t) -> (o,)``.
 
-        In units of the farthest that the prior produces, so that above 1 is unlike anything in
-        the bank: the larger of two distances, from its centre and from its envelope.
+        This is the larger of the distances from the bank's centre and from its envelope, in units
+        of the largest ones that the prior produces. A value above 1 is unlike any record of it.
         """
         self._check(measured)
         names = ("curve_mean", "curve_weights", "lowest", "highest")
@@ -163,13 +163,13 @@ class Posterior(nn.Module):
         """Read a model file, ready for inference.
 
         Args:
-            own_functions: Whether functions that the file names (a prior, a simulator or a summary
-                network of your own) may be imported and called: only of a file that you trust.
+            own_functions: Whether to import and call functions that the file names (your own prior,
+                simulator or summary network). Set it only for a file that you trust.
 
         Raises:
             FileNotFoundError: If there is no such file.
-            ModelFileError: If it is not a model file, is of another format, holds tensors that do
-                not fit its settings, or names functions that are not there or may not be called.
+            ModelFileError: If it is not a model file, has another format, contains tensors that do
+                not fit its settings, or names functions that are missing or not allowed.
         """
         with open_model(path) as saved:
             named = _functions(saved.settings)
@@ -178,7 +178,7 @@ class Posterior(nn.Module):
                     f"it calls {', '.join(named)}; if you trust the file, load it with "
                     "Posterior.load(path, own_functions=True)"
                 )
-            with torch.device("meta"):  # shapes alone, without memory
+            with torch.device("meta"):  # shapes only, without memory
                 posterior = cls(saved.settings)
             weights = _weights(saved, posterior.state_dict())
             posterior.load_state_dict(weights, assign=True)
@@ -186,19 +186,19 @@ class Posterior(nn.Module):
 
 
 def _functions(settings: Mapping) -> list[str]:
-    """Return the functions ``module:function`` that the settings of a model name."""
+    """Return the functions, as ``module:function``, that the settings of a model name."""
     own = settings.get("model") or {}
     named = [own.get("prior"), own.get("simulator"), settings["network"]["summary"]["kind"]]
     return [text for text in named if isinstance(text, str) and ":" in text]
 
 
 def _weights(saved: SavedModel, wanted: Mapping[str, Tensor]) -> dict[str, Tensor]:
-    """Return the tensors of a file, if they have the types wanted and are finite."""
+    """Return the tensors of a file; raise an error for a wrong type or a value not finite."""
     weights = {}
     for name in saved.arrays:
         array = saved.weight(name, str(wanted[name].dtype).removeprefix("torch."))
         if name.endswith("solver_steps") and not 1 <= array.item() <= _MOST_STEPS:
             raise ModelFileError(f"{name} is {array.item()}, but must be from 1 to {_MOST_STEPS}")
-        # In memory of torch's own, aligned like that of a network in training.
+        # Copy to torch's memory, aligned like the weights of a network in training.
         weights[name] = torch.from_numpy(array).clone(memory_format=torch.contiguous_format)
     return weights

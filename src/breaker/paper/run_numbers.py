@@ -1,7 +1,7 @@
-"""The numbers of a run that texts state, and posteriors in blocks of an endurance test (Fig. 10).
+"""Numbers of a run that texts state, and posteriors in blocks of an endurance test (Fig. 10).
 
-A flat table with one name for each number, rounded as it is written, such as
-``closing.contraction.gamma_a`` for 0.96. README and pages take their numbers from that of the
+The numbers form a flat table with one name per number, rounded as texts state it, such as
+``closing.contraction.gamma_a`` for 0.96. README and pages take their numbers from the table of the
 default run.
 """
 
@@ -32,12 +32,14 @@ def numbers_of_motion(
     """Return the numbers of one motion by name, without the motion.
 
     Args:
-        quality, exactness: Tables of both posteriors' quality, and of the exactness, one row.
+        quality: Table of the quality of both posteriors.
+        exactness: Table of the exactness, one row.
         prior: Curves of the prior, ``travel (curve, time)``.
         validation: Posteriors of simulated records.
         operations: Records of the endurance test, ``travel (operation, time)``, with posteriors by
-            the paper's network; ``family`` are those by the family.
+            the paper's network.
         predictive: Predicted records at a few stages, with ``share_inside (stage)``.
+        family: The same records, with posteriors by the family's network.
         truth: True parameters of the simulated test, ``value (operation, parameter)``, and the
             largest ``difference (operation)`` of its curves from the model's, mm; None for
             measured records.
@@ -71,7 +73,7 @@ def _of_quality(network: pd.DataFrame) -> dict[str, str]:
 
 
 def _of_exactness(row: pd.Series) -> dict[str, str]:
-    """Return how far the network is from the exact posterior, and how many are resolved."""
+    """Return the network's divergence from exact posteriors, and the number of resolved ones."""
     return {
         "efficiency_median": _written(100 * row.efficiency_median, 0),
         "efficiency_lowest": _written(100 * row.efficiency_lowest, 0),
@@ -92,7 +94,7 @@ def _of_correlations(draws: np.ndarray) -> dict[str, str]:
 
 
 def _of_simulated_test(truth: xr.Dataset, paper: xr.Dataset, family: xr.Dataset) -> dict[str, str]:
-    """Return distances of the model, coverage of blocks, and changes of parameters, percent."""
+    """Return differences from the model, coverage in blocks, and changes of parameters, percent."""
     ends = _ends("difference", truth.difference, 1)
     true = moved(truth_in_blocks(paper, truth.value))
     ends |= _each("true_change", pd.Series(true, NAMES), 1)
@@ -107,8 +109,8 @@ def _of_simulated_test(truth: xr.Dataset, paper: xr.Dataset, family: xr.Dataset)
 def numbers_of_life(
     life: xr.Dataset, limits: pd.DataFrame, decisions: pd.DataFrame, failures: Mapping[str, float]
 ) -> dict[str, str]:
-    """Return when a life changed, when each limit was exceeded, and when a service was planned;
-    ``failures`` are true operations by limit, none for measured records.
+    """Return the operations at which a life changed, each limit was exceeded, and a service was
+    planned; ``failures`` are true operations by limit, none for measured records.
     """
     numbers = {"changes": life.sizes["change"]}
     numbers |= {f"change_{i}": item for i, item in enumerate(life.noticed.values, start=1)}
@@ -123,12 +125,12 @@ def numbers_of_life(
 
 
 def _written(value: float, digits: int) -> str:
-    """Write a number with so many decimals, never -0; a whole one with its thousands apart."""
+    """Write a number with ``digits`` decimals, never -0; an integer with thousands separators."""
     return f"{round(float(value), digits) + 0.0:{'' if digits else ','}.{digits}f}"
 
 
 def _p(value: float) -> str:
-    """Write a probability with two digits, never as a power of ten."""
+    """Write a probability with two significant digits, without an exponent."""
     return np.format_float_positional(float(value), precision=2, fractional=False, trim="-")
 
 
@@ -148,13 +150,13 @@ QUANTILES = (0.05, 0.5, 0.95)
 
 def blocks_of(inferred: xr.Dataset, most: int = 40) -> xr.Dataset:
     """Summarise posteriors, ``draws (operation, draw, output)``, in at most ``most`` blocks of a
-    life, of about as many operations each: more blocks hide each other in a figure.
+    life with about equal numbers of operations; more blocks would overlap in a figure.
 
     Returns:
         Dataset over ``block``: ``value (block, parameter, quantile)``, the median over a block's
-        operations of the quantiles of their posteriors, nan where none has one; ``first``, ``last``
-        and ``operation``, numbers of the first and the last one and their middle; ``count``, how
-        many there are, and ``answered``, how many of them have a posterior.
+        operations of the quantiles of their posteriors, nan if no operation has a posterior;
+        ``first``, ``last`` and ``operation``, numbers of the first and last operation and their
+        mean; ``count``, operations in the block; ``answered``, operations with a posterior.
     """
     draws = inferred.draws.sel(output=list(NAMES)).transpose("operation", "draw", "output").values
     quantiles = np.moveaxis(np.quantile(draws, QUANTILES, axis=1), 0, -1)
@@ -179,7 +181,7 @@ def blocks_of(inferred: xr.Dataset, most: int = 40) -> xr.Dataset:
 
 
 def truth_in_blocks(blocks: xr.Dataset, truth: xr.DataArray) -> np.ndarray:
-    """Return the mean true values ``(operation, parameter)`` in each block, ``(b, p)``."""
+    """Return the means of true values ``(operation, parameter)`` in the blocks, ``(b, p)``."""
     values, numbers = truth.sel(parameter=list(NAMES)).values, truth.operation.values
     ends = zip(blocks["first"].values, blocks["last"].values, strict=True)
     return np.array([values[(numbers >= a) & (numbers <= b)].mean(axis=0) for a, b in ends])
@@ -197,8 +199,8 @@ def held(blocks: xr.Dataset, truth: xr.DataArray) -> np.ndarray:
 
 
 def moved(values: np.ndarray) -> np.ndarray:
-    """Return the change of values ``(b, p)`` from the first block with one to the last, percent,
-    ``(p,)``; nan where none has one.
+    """Return the change of values ``(b, p)`` from the first finite block to the last, percent,
+    ``(p,)``; nan where all values are nan.
     """
     known = np.isfinite(values)
     first, last = known.argmax(axis=0), len(values) - 1 - known[::-1].argmax(axis=0)

@@ -1,8 +1,8 @@
-"""Training data of the networks, and what is settled after a training (paper, Sec. 4).
+"""Training data of the networks, and the choice of solver steps after a training (paper, Sec. 4).
 
-Records are made of a bank's curves: fresh noise and a fresh zero every time a row is drawn. The
-trainer itself, ``networks.training``, knows nothing of them. After it, the number of solver steps
-is chosen, and the density of held-out rows is measured.
+A record is a bank's curve plus noise and a zero, which are drawn again every time a row is drawn.
+The trainer, ``networks.training``, does not depend on the data. After the training, the number of
+solver steps is chosen, and the log density of held-out rows is computed.
 """
 
 from collections.abc import Sequence
@@ -19,18 +19,18 @@ from breaker.networks.training import DrawnRows
 from breaker.paper.bank import distance, excess, principal_components, simulate, truth
 from breaker.paper.posterior import Posterior
 
-_ROWS_FOR_COMPONENTS = 65536  # more rows change no weight visibly
+_ROWS_FOR_COMPONENTS = 65536  # more rows do not change the components visibly
 
 
 def split(curves: int, *counts: int) -> list[slice]:
-    """Split the rows of a bank into the first ones and, from the end, parts of the sizes given."""
+    """Split the rows of a bank into first rows and parts of sizes ``counts`` at the end."""
     ends = np.cumsum([curves - sum(counts), *counts]).tolist()
     return [slice(i, j) for i, j in zip([0, *ends[:-1]], ends, strict=True)]
 
 
 class Batch(NamedTuple):
-    """The arguments of ``Posterior.loss``: a start point and its mirror image at the same time, so
-    that most of the noise of flow matching's gradient cancels.
+    """Arguments of ``Posterior.loss``. Each start point comes with its mirror image at the same
+    time, so that most of the noise in flow matching's gradient cancels.
     """
 
     measured: Tensor  # records (n, t), mm
@@ -41,7 +41,7 @@ class Batch(NamedTuple):
 
 @dataclass
 class Rows(DrawnRows):
-    """Rows of a bank, on the device of a training.
+    """Rows of a bank on the device of a training.
 
     Attributes:
         travel: Noise-free curves, ``(n, t)``, mm.
@@ -58,7 +58,7 @@ class Rows(DrawnRows):
     def of(
         cls, bank: xr.Dataset, posterior: Posterior, device: torch.device | str = "cpu"
     ) -> "Rows":
-        """Take the rows of a bank for a posterior, onto the device that it is on."""
+        """Convert the rows of a bank to rows of a posterior on ``device``."""
         z = posterior.model.standardise(truth(bank, posterior.model))
         return cls(
             travel=torch.as_tensor(bank.travel.values, dtype=torch.float32, device=device),
@@ -71,7 +71,7 @@ class Rows(DrawnRows):
         return len(self.z)
 
     def draw(self, rows: Tensor, rng: torch.Generator) -> Batch:
-        """Return a batch for ``Posterior.loss``."""
+        """Return a batch of ``rows`` for ``Posterior.loss``."""
         n, travel, where = len(rows), self.travel[rows], {"device": self.travel.device}
         error = self.noise_sd * torch.randn(travel.shape, generator=rng, **where)
         zero = self.zero_sd * torch.randn((n, 1), generator=rng, **where)
@@ -83,13 +83,13 @@ class Rows(DrawnRows):
 
 @dataclass
 class OnlineRows(DrawnRows):
-    """Rows that are simulated for the batch that takes them: no row is seen twice."""
+    """Rows that are simulated for each batch, so that no row is used twice."""
 
     posterior: Posterior
     device: torch.device | str = "cpu"
 
     def batch(self, step: int, n: int, rng: torch.Generator) -> Batch:
-        """Return the batch of ``n`` rows of any step of a training."""
+        """Return a batch of ``n`` rows, for any step of a training."""
         del step
         seed = torch.randint(2**62, (), generator=rng, device=rng.device).item()
         bank = simulate(self.posterior.model, n, np.random.default_rng(seed))
@@ -98,12 +98,12 @@ class OnlineRows(DrawnRows):
 
 
 def freeze_inputs(posterior: Posterior, rows: xr.Dataset, rng: np.random.Generator) -> None:
-    """Set what a posterior takes from the bank once: scales, components, the farthest curve.
+    """Set the statistics of the bank in a posterior: scales, components, largest distances.
 
     Args:
         rows: Rows of the bank.
-        rng: Generator of their noise. The 0.9999 quantiles of the records' distances from the
-            bank's centre and from its envelope are the farthest that the prior produces.
+        rng: Generator of the noise of their records. The 0.9999 quantiles of the records' distances
+            from centre and envelope of the bank are the largest distances that the prior produces.
     """
     rows = rows.isel(curve=slice(_ROWS_FOR_COMPONENTS))
     travel, sensor = rows.travel.values.astype(np.float64), posterior.sensor
@@ -116,7 +116,7 @@ def freeze_inputs(posterior: Posterior, rows: xr.Dataset, rng: np.random.Generat
         "farthest": np.quantile(distance(records, mean, weights), 0.9999),
         "lowest": lowest,
         "highest": highest,
-        # At least the noise: a small bank's records may leave its envelope by less.
+        # At least the noise, because records of a small bank may leave its envelope by less.
         "margin": max(sensor.noise_sd, np.quantile(excess(records, lowest, highest), 0.9999)),
     }
     for name, value in frozen.items():
@@ -129,7 +129,7 @@ def freeze_inputs(posterior: Posterior, rows: xr.Dataset, rng: np.random.Generat
 
 
 def records(posterior: Posterior, rows: xr.Dataset, seed: int) -> np.ndarray:
-    """Make records ``(n, t)``, mm, of bank rows: with all that is added to an exact curve."""
+    """Return records ``(n, t)``, mm, of bank rows: curves with noise and zero."""
     rng = generator(seed, "held out", posterior.motion)
     return posterior.sensor.corrupt(rows.travel.values.astype(np.float64), rng)
 
@@ -137,9 +137,9 @@ def records(posterior: Posterior, rows: xr.Dataset, seed: int) -> np.ndarray:
 def held_out_log_density(
     posterior: Posterior, measured: np.ndarray, rows: xr.Dataset
 ) -> tuple[float, float]:
-    """Return the mean log density of the truth of rows, and its standard error.
+    """Return the mean log density at the true values of rows, and its standard error, nats.
 
-    In standardised outputs, so that it does not depend on units: nats above the prior's scale.
+    It is the density of standardised outputs, so that it does not depend on units.
     """
     values = truth(rows, posterior.model)[:, None]
     density = posterior.log_prob(values, measured)[:, 0] - posterior.model.log_scaling(values)[:, 0]
@@ -155,19 +155,19 @@ def convergence(
     reference: int = 64,
     tolerance: float = 0.01,
 ) -> xr.Dataset:
-    """Choose and set the number of solver steps: the fewest that agree with a fine solver.
+    """Choose and set the numbers of solver steps: the smallest that agree with a fine solver.
 
     Draws from the same noise are compared in posterior standard deviations of standardised outputs,
-    log densities of some of the finest draws in nats. The steps for either are the fewest whose
-    mean absolute difference is within the tolerance, or the most if none is.
+    and log densities of some draws of the fine solver in nats. For draws and for densities, the
+    smallest number with a mean absolute difference within the tolerance is chosen, else the most.
 
     Args:
-        measured: Records, ``(n, t)``, mm; the first 50 serve.
+        measured: Records, ``(n, t)``, mm, of which the first 50 are used.
         candidates: Numbers of steps to choose from, rising.
-        reference: Steps of the fine solver. Twice as many midpoint steps leave a quarter of the
-            error, so it is 16 times as exact as the most steps.
-        tolerance: A hundredth of a posterior sd, which no figure shows, and of a nat, a quarter of
-            the largest divergence from the exact posterior that is accepted.
+        reference: Steps of the fine solver. Doubling the midpoint steps divides the error by four,
+            so its error is 1/16 of the error with the most steps.
+        tolerance: Largest mean difference, posterior sd or nats. The default of 0.01 is invisible
+            in figures, and a quarter of the largest divergence that is accepted.
 
     Returns:
         Dataset over ``solver_steps`` with ``mean_difference``, ``max_difference`` and
@@ -199,7 +199,7 @@ def convergence(
 def _differences(
     posterior: Posterior, measured: np.ndarray, candidates: Sequence[int], reference: int, seed: int
 ) -> np.ndarray:
-    """Return mean and largest difference of draws, and mean of densities, ``(candidates, 3)``."""
+    """Return mean and largest difference of draws and mean difference of densities, ``(c, 3)``."""
     rng = generator(seed, "solver", posterior.motion)
     noise = rng.standard_normal((len(measured), 100, len(posterior.outputs)))
 
@@ -213,7 +213,7 @@ def _differences(
 
     finest = draw(reference)
     spread = finest.std(axis=1, ddof=1, keepdims=True)
-    # Every fifth draw: a density costs as much as eight draws.
+    # Use every fifth draw, because a density costs as much as eight draws.
     points = posterior.model.destandardise(finest[:, ::5])
     finest_density = density(reference)
     rows = []

@@ -1,8 +1,8 @@
-"""Validation: are posteriors calibrated and informative? Arrays in, arrays and tables out.
+"""Validation: are posteriors calibrated and informative? Functions of arrays and datasets.
 
 Paper, Sec. 5 to 7: the prior predictive check (Fig. 3), z-score and contraction (Fig. 5), recovery
 of the truth (Fig. 6), pairs (Fig. 7) and shares of curves inside predicted bands (Figs. 8 and 9).
-Calibration by ranks (Fig. 4) is in ``calibration``. Nothing here loads torch or numba.
+Calibration by ranks (Fig. 4) is in ``calibration``. This module does not load torch or numba.
 
 Shapes: ``n`` simulations, ``d`` draws, ``q`` outputs, ``t`` samples.
 """
@@ -30,8 +30,8 @@ KNOWLEDGE = (
     (0.5, "partly known"),
     (-np.inf, "the prior decides"),
 )
-"""Least mean contraction of the exact posterior, and what it means for an output. Below 0.5 more
-than half of the prior's variance, and 71 % of its width, stay; from 0.8 on less than 45 %."""
+"""Least mean contraction of the exact posterior, and its meaning in words for an output. Below 0.5
+the posterior keeps over 71 % of the prior's width, from 0.8 on less than 45 %."""
 
 
 # ---- draws of one posterior ----------------------------------------------------------------------
@@ -54,12 +54,12 @@ def intervals(draws: np.ndarray) -> dict[str, xr.DataArray]:
 def share_inside(
     values: np.ndarray, lower: np.ndarray, upper: np.ndarray, *, where: np.ndarray | bool = True
 ) -> np.ndarray:
-    """Return the share of the last axis on which values lie in their band, ``(..., t) -> (...)``.
+    """Return the share of values inside their band along the last axis, ``(..., t) -> (...)``.
 
     Args:
-        values: Measured curves; NaN where a sample is missing, which does not count.
+        values: Measured curves; missing samples, NaN, do not count.
         lower, upper: Bounds, same shape.
-        where: Samples that count, such as those of the main motion; if none, the share is NaN.
+        where: Samples that count, such as the main motion; the share is NaN if none count.
     """
     values = np.asarray(values)
     inside, counts = (values >= lower) & (values <= upper), ~np.isnan(values) & where
@@ -68,7 +68,7 @@ def share_inside(
 
 
 def correlation(draws: ArrayLike, *, log: ArrayLike) -> np.ndarray:
-    """Return the correlation ``(q, q)`` of draws ``(d, q)``, of logarithms by ``log (q,)``."""
+    """Return the correlation ``(q, q)`` of draws ``(d, q)``, in logarithms where ``log`` (q,)."""
     return np.corrcoef(_scaled(np.asarray(draws, dtype=np.float64), log), rowvar=False)
 
 
@@ -77,15 +77,15 @@ def regions(draws: ArrayLike) -> dict[tuple[int, int], tuple[np.ndarray, ...]]:
 
     Returns:
         By the columns ``(i, j)`` of a pair, ``i < j``: values of both, ``(g,)`` each, the density
-        there, ``(g of j, g of i)``, and the levels above which 90 % and 50 % of the draws lie,
-        ``(2,)``, rising. A pair whose draws lie on a line has none.
+        on this grid, ``(g of j, g of i)``, and the levels above which 90 % and 50 % of the draws
+        lie, ``(2,)``, rising. A pair whose draws lie on a line is left out.
     """
-    from scipy.stats import gaussian_kde  # which takes long to import
+    from scipy.stats import gaussian_kde  # slow to import
 
     draws = np.asarray(draws, dtype=np.float64)
     low, high = draws.min(axis=0), draws.max(axis=0)
     room = 0.1 * (high - low)
-    grids = np.linspace(low - room, high + room, 48)  # finer shows no more in a panel
+    grids = np.linspace(low - room, high + room, 48)  # a finer grid is not visible in a panel
     densities = {}
     for i, j in zip(*np.triu_indices(draws.shape[1], 1), strict=True):
         pair = draws[:, [i, j]].T
@@ -107,17 +107,17 @@ def scores(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return z-score and contraction of posteriors, ``(n, q)`` each (paper, Fig. 5).
 
-    The z-score is (posterior mean - truth) / posterior sd. Over the prior an exact posterior has
-    mean 0 and sd 1, the latter with standard error 1/sqrt(2 n). Contraction is 1 - posterior
-    variance / prior variance, negative where a posterior is wider than the prior.
+    The z-score is (posterior mean - truth) / posterior sd. Over the prior, z-scores of an exact
+    posterior have mean 0 and sd 1, the sd with a standard error of 1/sqrt(2 n). Contraction is
+    1 - posterior variance / prior variance, negative for a posterior wider than the prior.
 
     Args:
         draws: Posterior draws, ``(n, d, q)``.
         truth: True values, ``(n, q)``.
-        prior_sd: Prior standard deviation ``(q,)`` in the scale of the score; that of the truths
-            if None. The condition of the prior, which lowers it by less than half a percent at the
-            default, is left out.
-        log: Which outputs are taken in logarithms, ``(q,)`` of bool.
+        prior_sd: Prior standard deviation ``(q,)`` in the scale of the score; the sd of the true
+            values if None. It ignores the condition of the prior, which lowers the default's sd by
+            less than 0.5 %.
+        log: Outputs to take in logarithms, ``(q,)`` of bool.
 
     Raises:
         ValueError: If shapes do not fit, a value is not finite, a value to take the logarithm
@@ -131,9 +131,9 @@ def scores(
 
 
 def contraction(draws: np.ndarray, *, prior_sd: ArrayLike, log: ArrayLike) -> np.ndarray:
-    """Return 1 - posterior variance / prior variance, ``(n, q)``; arguments as of ``scores``."""
+    """Return 1 - posterior variance / prior variance, ``(n, q)``; arguments as for ``scores``."""
     sd = _scaled(draws, log).std(axis=1, ddof=1)
-    if none := np.count_nonzero(np.ptp(draws, axis=1) == 0.0):  # rounding leaves them an sd
+    if none := np.count_nonzero(np.ptp(draws, axis=1) == 0.0):  # their sd is rounding error
         raise ValueError(f"{none} posteriors have no width")
     return 1.0 - (sd / np.asarray(prior_sd, dtype=np.float64)) ** 2
 
@@ -145,7 +145,7 @@ class Recovery:
     Attributes:
         median: Posterior medians, ``(n, q)``.
         interval_95: Central intervals, ``(n, q, 2)``.
-        covered_50, covered_95: Share of the true values inside intervals, ``(q,)``, by ranks.
+        covered_50, covered_95: Shares of true values inside the intervals, ``(q,)``, by ranks.
         correlation: Pearson correlation of the medians with the truth, ``(q,)``.
     """
 
@@ -177,8 +177,8 @@ def _scaled(values: np.ndarray, log: ArrayLike) -> np.ndarray:
 
 
 def scale_of(data: xr.Dataset) -> dict[str, np.ndarray | None]:
-    """Return the scale in which a validation is judged: ``prior_sd`` and ``log``. In a validation
-    of a family all but times are judged by their logarithm and the spread of the true values.
+    """Return the scale in which a validation is judged, ``prior_sd`` and ``log``. A family's
+    outputs, except times, are judged by their logarithm and the sd of the true values.
     """
     if "logarithmic" in data:
         return {"prior_sd": data.prior_sd.values, "log": data.logarithmic.values}
@@ -186,15 +186,15 @@ def scale_of(data: xr.Dataset) -> dict[str, np.ndarray | None]:
 
 
 def parameters_of(data: xr.Dataset) -> xr.Dataset:
-    """Return a validation without the times of the drive's own contact, which has no symbol."""
-    if "logarithmic" in data:  # not of a family: all are parameters, whatever their names
+    """Return a validation without the times of the drive's contact, which have no symbol."""
+    if "logarithmic" in data:  # not a family: all outputs are parameters, with any names
         return data
     return data.isel(output=np.isin(data.output.values, [*NAMES, ONSET.name]))
 
 
 def with_width(data: xr.Dataset) -> xr.Dataset:
-    """Return a validation without curves whose draws are all the same, which have no sd and no
-    score, as some of unresolved records do; all curves if each is so.
+    """Return a validation without curves whose draws are all equal (some unresolved records), as
+    these have no sd and no score; return all curves if all are such.
     """
     wide = (np.ptp(data.draws.values, axis=1) > 0.0).all(axis=1)
     return data.isel(curve=wide) if wide.any() else data
@@ -210,8 +210,8 @@ class PriorCheck:
     Attributes:
         median, lower, upper: Pointwise 95 % band of the prior's curves, ``(t,)``.
         inside: Share of the samples of each measured curve inside the band, ``(o,)``.
-        least: Share inside that 95 % of the prior's own curves reach. Samples of one curve
-            leave the band together, so that this share is well below 0.95.
+        least: Share inside that 95 % of the prior's curves reach. It is well below 0.95, because
+            samples of one curve leave the band together.
     """
 
     median: np.ndarray
@@ -222,7 +222,7 @@ class PriorCheck:
 
 
 def prior_check(curves: ArrayLike, measured: ArrayLike) -> PriorCheck:
-    """Hold measured curves ``(o, t)`` against curves ``(n, t)`` of the prior (paper, Fig. 3).
+    """Compare measured curves ``(o, t)`` with curves ``(n, t)`` of the prior (paper, Fig. 3).
 
     Missing samples of measured curves, NaN, do not count.
     """
@@ -237,8 +237,8 @@ def prior_check(curves: ArrayLike, measured: ArrayLike) -> PriorCheck:
 def compare(
     amortised: np.ndarray, corrected: np.ndarray, truth: np.ndarray, names: Sequence[str]
 ) -> xr.Dataset:
-    """Bring draws ``(d, q)`` of two posteriors, and the truth ``(q,)``, to a scale on which the
-    corrected posterior has median 0 and sd 1, in logarithms of the parameters and ms of the onset.
+    """Scale draws ``(d, q)`` of two posteriors, and the truth ``(q,)``, so that the corrected
+    posterior has median 0 and sd 1, in logarithms of the parameters and ms of the onset.
 
     Returns:
         ``median (posterior, output)``, ``interval_50`` and ``interval_95``
@@ -256,12 +256,12 @@ def examples(judged: xr.Dataset, amortised: xr.Dataset, corrected: xr.Dataset) -
     """Compare the curves of the lowest, the median and the highest efficiency.
 
     Args:
-        judged: What ``correction.judge`` returns; its curves are the first of the other two.
-        amortised, corrected: What ``inference.validate`` and ``correct_validation`` return.
+        judged: Result of ``correction.judge``, for the first curves of the other two datasets.
+        amortised, corrected: Results of ``inference.validate`` and ``correct_validation``.
 
     Returns:
-        What :func:`compare` returns along ``example``, three, or none if no curve has an efficiency
-        and corrected draws of some width; with ``place`` ("lowest", "median" or "highest"),
+        Results of :func:`compare` along ``example``: three, or none if no curve has an efficiency
+        and corrected draws that differ; with ``place`` ("lowest", "median" or "highest"),
         ``curve`` (from 0), ``efficiency``, ``pareto_k`` and ``resolved``.
     """
     own, exact = (
@@ -269,7 +269,7 @@ def examples(judged: xr.Dataset, amortised: xr.Dataset, corrected: xr.Dataset) -
         for posterior in (amortised, corrected)
     )
     efficiency = judged.efficiency.values
-    wide = (np.ptp(exact, axis=1) > 0).all(axis=1)  # nan is not
+    wide = (np.ptp(exact, axis=1) > 0).all(axis=1)  # False for nan
     usable = np.flatnonzero(np.isfinite(efficiency) & wide)
     if not usable.size:
         return xr.Dataset(coords={"example": np.arange(0)})
@@ -284,7 +284,7 @@ def examples(judged: xr.Dataset, amortised: xr.Dataset, corrected: xr.Dataset) -
 
 
 def reached(contractions: Mapping[str, np.ndarray], names: Sequence[str]) -> xr.Dataset:
-    """Compare the contraction that posteriors reach with the limit of the exact one.
+    """Compare the contraction of posteriors with the limit of the exact posterior.
 
     Args:
         contractions: Contraction ``(n, q)`` of each source, any ``n``: ``limit``, the exact
@@ -293,8 +293,8 @@ def reached(contractions: Mapping[str, np.ndarray], names: Sequence[str]) -> xr.
 
     Returns:
         ``mean``, ``lower`` and ``upper`` ``(source, output)``: mean, 5 % and 95 % over curves;
-        ``curves (source)``; ``known (output)``, in words, by the limit's mean. The outputs are
-        sorted by that mean, the highest first.
+        ``curves (source)``; ``known (output)``, words of ``KNOWLEDGE`` for the limit's mean.
+        Outputs are sorted by this mean, the highest first.
     """
     sources, dims = list(contractions.values()), ("source", "output")
     data = xr.Dataset(
@@ -317,19 +317,19 @@ def reached(contractions: Mapping[str, np.ndarray], names: Sequence[str]) -> xr.
 def quality(
     data: xr.Dataset, reader: xr.Dataset | None, limit: np.ndarray, **scale: ArrayLike | None
 ) -> pd.DataFrame:
-    """Judge a validation: one row an output.
+    """Judge a validation, with one row per output.
 
     Args:
-        data: What ``inference.validate`` returns.
-        reader: The same from records that went through files, if there is one.
+        data: Result of ``inference.validate``.
+        reader: The same for records that were written to files and read; None if not available.
         limit: Mean contraction of an exact posterior, ``(q,)``.
         scale: Arguments ``prior_sd`` and ``log`` of ``scores``.
 
     Returns:
         Columns ``calibration_p`` (uniform ranks) and ``calibrated``, whether the output is inside
-        its band (see ``judge_ranks``), both again with ``_reader`` for records through files
-        (missing without), ``z_mean``, ``z_sd``, ``contraction``, ``contraction_limit`` and their
-        ``shortfall``, and ``coverage_50``, ``coverage_95``.
+        its band (see ``judge_ranks``), both also with ``_reader`` for records from files (missing
+        without ``reader``), ``z_mean``, ``z_sd``, ``contraction``, ``contraction_limit``, their
+        difference ``shortfall``, and ``coverage_50``, ``coverage_95``.
     """
     draws, truth = data.draws.values, data.truth.values
     judged = judge_draws(draws, truth)
@@ -356,16 +356,16 @@ def quality(
 
 
 def family_quality(data: xr.Dataset, *, log: bool) -> pd.DataFrame:
-    """Judge a network of a family on held-out drives: one row an output.
+    """Judge a network of a family on held-out drives, with one row per output.
 
     Args:
-        data: What ``training_rows.sample_rows`` returns.
-        log: Whether parameters are judged by their logarithms.
+        data: Result of ``training_rows.sample_rows``.
+        log: Whether to judge parameters by their logarithms.
 
     Returns:
         Columns ``output``, ``calibration_p`` and ``calibrated``, all outputs together at 99 %,
-        ``coverage_90``, ``contraction`` (1 - mean square error of the posterior mean over the
-        variance of the truth, nan where that does not vary), and in the scale of the judgement
+        ``coverage_90``, ``contraction`` (1 - mean square error of the posterior mean / variance of
+        the true values, nan where this variance is 0), and in the scale of the judgement
         ``rms_error`` and ``half_width``, the median half width of 90 % intervals.
     """
     logs = log & np.isin(data.output.values, NAMES)
@@ -375,7 +375,7 @@ def family_quality(data: xr.Dataset, *, log: bool) -> pd.DataFrame:
     square = np.square(draws.mean(axis=1) - truth).mean(axis=0)
     low, high = np.quantile(draws, [0.05, 0.95], axis=1)
     spread = truth.var(axis=0)
-    spread[spread < 1e-12] = np.nan  # round-off of what does not vary
+    spread[spread < 1e-12] = np.nan  # round-off of constant outputs
     return pd.DataFrame(
         {
             "output": data.output.values,
@@ -390,10 +390,10 @@ def family_quality(data: xr.Dataset, *, log: bool) -> pd.DataFrame:
 
 
 def summary(judged: xr.Dataset, corrected: xr.Dataset) -> pd.DataFrame:
-    """Summarise what ``correction.judge`` and ``correct_validation`` return, in one row.
+    """Summarise the results of ``correction.judge`` and ``correct_validation`` in one row.
 
-    Curves whose evidence is not resolved have no gap, and those with faulty weights no efficiency:
-    they are left out of these numbers, and ``gap_curves`` and ``faulty_curves`` count them.
+    Curves with unresolved evidence have no gap, and curves with faulty weights no efficiency. These
+    numbers omit them. ``gap_curves`` counts curves with a gap, ``faulty_curves`` faulty ones.
     """
     curves, exact = judged.to_dataframe(), corrected[["efficiency", "rounds", "resolved"]]
     gap, exact = curves.gap[curves.resolved], exact.to_dataframe()
@@ -418,7 +418,7 @@ def summary(judged: xr.Dataset, corrected: xr.Dataset) -> pd.DataFrame:
 
 
 def table(result: xr.Dataset) -> pd.DataFrame:
-    """Return one tidy row for each operation and output of what ``inference.infer`` returns."""
+    """Return one tidy row for each operation and output of the result of ``inference.infer``."""
     units = dict(zip(result.output.values, result.output_unit.values, strict=True))
     frame = result["median"].to_dataframe(name="median")[["median"]]
     for name in INTERVALS:
@@ -428,7 +428,7 @@ def table(result: xr.Dataset) -> pd.DataFrame:
     frame.insert(2, "unit", frame.output.map(units))
     fit = ("p_value", "misfit", "outside_prior", "accepted", "reason")
     record = ("file", "remarks", "missing", "masked", "family")
-    measured = ("contact_time", "contact_sd", "reaction_time")  # where any operation has them
+    measured = ("contact_time", "contact_sd", "reaction_time")  # only if any operation has them
     columns = [
         *(name for name in (*fit, *record) if name in result),
         *(name for name in measured if name in result and result[name].notnull().any()),
