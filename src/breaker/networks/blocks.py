@@ -7,18 +7,18 @@ from torch import Tensor, nn
 
 
 class Hidden(nn.Linear):
-    """Linear layer between two hidden ones; optimisers may treat its matrix as one."""
+    """Linear layer between two hidden layers, which ``training.optimisers`` finds by its class."""
 
 
 class Edge(nn.Linear):
-    """Linear layer into the first hidden one, or out of the last, likewise."""
+    """Linear layer into the first hidden layer or out of the last, found likewise."""
 
 
 class ResidualMLP(nn.Module):
     """Linear layer in, residual blocks, linear layer out.
 
-    A block adds ``W_2 silu(W_1 silu(h))`` to ``h``; its last layer starts at zero, so that a new
-    network is linear and its depth costs nothing until it pays.
+    A block adds ``W_2 silu(W_1 silu(h))`` to ``h``. Its last layer starts at zero, so that all
+    blocks of a new network are the identity.
 
     Args:
         inputs, width, outputs: Sizes of the layers.
@@ -44,10 +44,10 @@ class ResidualMLP(nn.Module):
 
 
 class Gaussian(NamedTuple):
-    """Gaussians of n conditions: ``y = P (theta - mean)`` is standard normal.
+    """Gaussians for n conditions: ``y = P (theta - mean)`` is standard normal.
 
     Attributes:
-        mean: ``(n, q)``.
+        mean: Mean, ``(n, q)``.
         factor: Lower-triangular P, ``(n, q, q)``; ``P^T P`` is the precision.
         log_det: Log determinant of P, ``(n,)``.
     """
@@ -67,10 +67,10 @@ class Gaussian(NamedTuple):
 
 
 class GaussianHead(nn.Linear):
-    """Linear map from features to a Gaussian of theta, at first the standard normal.
+    """Linear map from features to a Gaussian of theta, initially the standard normal.
 
-    A conditional density that acts on the whitened ``y`` has only to describe where the
-    posterior is not Gaussian.
+    A conditional density of the whitened ``y`` then only describes the non-Gaussian part of the
+    posterior.
 
     Args:
         features: Number s of features.

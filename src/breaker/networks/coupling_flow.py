@@ -1,15 +1,15 @@
 r"""Coupling flow of rational-quadratic splines over a conditional Gaussian.
 
 Durkan et al. (2019), "Neural spline flows"; the conditional invertible network of the paper's
-abstract. A coupling bends some dimensions of ``y``, each by a monotone spline whose knots a small
-network computes from the other dimensions and from the features. So the inverse and the
-determinant of the Jacobian are known, and both draws and density take one pass, without a solver.
+abstract. A coupling maps some dimensions of ``y`` by monotone splines. A small network computes the
+knots of the splines from the other dimensions and the features. So the inverse and the determinant
+of the Jacobian are known, and draws and density take one pass each, without a solver.
 
-As in flow matching, ``y = P(s) (theta - m(s))`` is whitened first, by a linear head that here
-learns by the same likelihood. Splines act on [-5, 5] and leave alone what is beyond. All last
-layers start at zero, which makes a spline the identity: a new network is the Gaussian itself.
+As in flow matching, a linear head first whitens, ``y = P(s) (theta - m(s))``; here it learns by the
+same likelihood. Splines act on [-5, 5] and are the identity outside. All last layers start at zero,
+which makes all splines the identity, so that a new network is the Gaussian of the head.
 
-Data to noise is the forward direction.
+The forward direction maps data to noise.
 """
 
 import math
@@ -22,8 +22,8 @@ from torch.autograd.function import once_differentiable
 
 from breaker.networks.blocks import Edge, GaussianHead, Hidden
 
-_BOUND = 5.0  # splines end here: a standard normal is beyond with a probability of 6e-7
-# The smallest ratio of two bins and the smallest slope at a knot, so that float32 can invert them.
+_BOUND = 5.0  # end of the splines; a standard normal lies outside with a probability of 6e-7
+# Smallest ratio of two bins and smallest slope at a knot that float32 can invert.
 _SLOPE = 1e-3
 _MOST = -math.log(_SLOPE)
 
@@ -33,8 +33,8 @@ def bend(x: Tensor, numbers: Tensor) -> tuple[Tensor, Tensor]:
 
     Args:
         x: One point for each spline, ``(...)``.
-        numbers: Unbounded numbers, ``(..., 3 bins - 1)``: logarithms up to a bound of the bins'
-            widths, of their heights, and of the slopes at the inner knots.
+        numbers: Unbounded numbers, ``(..., 3 bins - 1)``. Damped to a bound, they are logarithms
+            of the bins' widths, of their heights, and of the slopes at the inner knots.
 
     Example:
         >>> bend(torch.tensor([0.5, 7.0]), torch.zeros(2, 11))  # zeros are the identity
@@ -44,7 +44,7 @@ def bend(x: Tensor, numbers: Tensor) -> tuple[Tensor, Tensor]:
 
 
 def unbend(y: Tensor, numbers: Tensor) -> Tensor:
-    """Return where splines have the values y, ``(...)``; the inverse of ``bend``."""
+    """Return the points at which splines have the values y, ``(...)``: the inverse of ``bend``."""
     piece = _Piece(y, _Knots(numbers), axis=1)
     rise, bow = y - piece.y0, piece.d0 + piece.d1 - 2.0 * piece.s
     a = piece.h * (piece.s - piece.d0) + rise * bow
@@ -55,16 +55,17 @@ def unbend(y: Tensor, numbers: Tensor) -> Tensor:
 
 
 class _Knots:
-    """Knots of splines, and steps on the way to them.
+    """Knots of splines, and intermediate results for gradients.
 
-    Bins come before all other axes, so that operations run along memory: over axes as short as
-    a spline's, each takes three times as long. A softmax would do for the bins, but takes longest.
+    Bins are the first axis, so that operations run along memory: with the short axis of bins last,
+    they take three times as long. A softmax over bins takes longest.
 
     Attributes:
-        widths: Of the bins on either axis, unscaled, ``(2, bins, ...)``; ``damped`` as in them.
-        ends: Places of the knots, unscaled, ``(2, bins + 1, ...)``, of which the last is ``total``,
+        damped: Divisors that bound the logarithms of widths, ``(2, bins, ...)``.
+        widths: Sizes of the bins on both axes, unscaled, ``(2, bins, ...)``.
+        ends: Positions of the knots, unscaled, ``(2, bins + 1, ...)``; the last is ``total``,
             ``(2, ...)``.
-        slopes: At the knots, ``(bins + 1, ...)``; ``slope_damped`` as in the inner ones.
+        slopes: Slopes at the knots, ``(bins + 1, ...)``, with divisors ``slope_damped`` inside.
     """
 
     def __init__(self, numbers: Tensor) -> None:
@@ -83,12 +84,12 @@ class _Knots:
 
 
 class _Piece:
-    """The pieces of splines on which points lie, by their values on an axis: 0 for x, 1 for y."""
+    """Pieces of splines that contain points, given by values on an axis: 0 for x, 1 for y."""
 
     def __init__(self, points: Tensor, knots: _Knots, *, axis: int) -> None:
         place = (points / (2.0 * _BOUND) + 0.5) * knots.total[axis]
-        at = (knots.ends[axis, 1:-1] < place).sum(0, keepdim=True)
-        self.at, self.both = at, torch.cat([at, at + 1])
+        index = (knots.ends[axis, 1:-1] < place).sum(0, keepdim=True)
+        self.both = torch.cat([index, index + 1])
         self.inside = points.abs() < _BOUND
         self.reached = knots.ends.gather(1, self.both.expand(2, *self.both.shape))
         low, high = self.reached.unbind(1)
@@ -103,7 +104,7 @@ class _Bend(torch.autograd.Function):
 
     @staticmethod
     def forward(ctx, x: Tensor, numbers: Tensor) -> tuple[Tensor, Tensor]:
-        """See ``bend``."""
+        """Return the result of ``bend``."""
         knots = _Knots(numbers)
         p = _Piece(x, knots, axis=0)
         t = torch.where(p.inside, (x - p.x0) / p.w, 0.5)
@@ -125,7 +126,7 @@ class _Bend(torch.autograd.Function):
         p = ctx.piece
         inside = p.inside.to(t.dtype)
         outer, of_value, of_slope = of_value * (1.0 - inside), of_value * inside, of_slope * inside
-        # Of the numerator's share, of the denominator and of the slope's numerator.
+        # Gradients of the numerator's share, of the denominator and of the slope's numerator.
         of_share = of_value * p.h / below
         of_below = -of_share * share - 2.0 * of_slope / below
         of_steep = of_slope / steep
@@ -158,15 +159,15 @@ class _Bend(torch.autograd.Function):
 
 
 def _of_numbers(knots: _Knots, piece: _Piece, of_ends: Tensor, of_slopes: Tensor) -> Tensor:
-    """Gradients of the numbers from those of a piece's ends and of the slopes there.
+    """Return gradients of the numbers from gradients of a piece's ends and of its slopes.
 
     Args:
-        knots, piece: Those of the splines.
-        of_ends: Gradients of its knots, ``(2 axes, 2 ends, ...)``.
-        of_slopes: Of its slopes, ``(2, ...)``.
+        knots, piece: Knots and pieces of the splines.
+        of_ends: Gradients of the ends, ``(2 axes, 2 ends, ...)``.
+        of_slopes: Gradients of the slopes at the ends, ``(2, ...)``.
     """
     of_ends = of_ends * (2.0 * _BOUND / knots.total).unsqueeze(1)
-    # A knot is a share of all bins: a bin moves those behind it one way, and all the other.
+    # A knot is a share of the sum of bins: a bin moves the knots after it up, and all knots down.
     pull = (of_ends * piece.reached).sum(1) / knots.total
     bins = knots.widths.shape[1]
     order = torch.arange(bins, device=of_ends.device).view(bins, *[1] * (of_ends.dim() - 2))
@@ -183,7 +184,7 @@ def _of_numbers(knots: _Knots, piece: _Piece, of_ends: Tensor, of_slopes: Tensor
 
 
 class Conditioner(nn.Module):
-    """Network ``(y_a, s) -> splines of y_b``, its first layer shifted by projected features.
+    """Network ``(y_a, s) -> splines of y_b``, with projected features added to its first layer.
 
     Args:
         inputs: Number of dimensions in ``y_a``.
@@ -204,10 +205,10 @@ class Conditioner(nn.Module):
         nn.init.zeros_(self.leave.bias)
 
     def forward(self, y: Tensor, shift: Tensor) -> Tensor:
-        """Numbers of the splines, ``(n, d, splines, 3 bins - 1)``.
+        """Return numbers of the splines, ``(n, d, splines, 3 bins - 1)``.
 
         Args:
-            y: The points' dimensions that stay, ``(n, d, inputs)``.
+            y: Dimensions of the points that the coupling keeps, ``(n, d, inputs)``.
             shift: Projected features, ``(n, 1, hidden[0])``.
         """
         h = self.enter(y) + shift
@@ -220,14 +221,14 @@ class CouplingFlow(nn.Module):
     """Conditional density ``q(theta | s)`` with the methods ``loss``, ``sample``, ``log_prob``.
 
     Args:
-        dims: Number q of dimensions of theta, two at least.
+        dims: Number q of dimensions of theta, at least two.
         features: Number s of features of the condition.
         transforms: Number of couplings.
         bins: Bins of a spline.
-        hidden: Widths of the hidden layers of each coupling's network, one at least.
+        hidden: Widths of the hidden layers of each coupling's network, at least one.
     """
 
-    solves = False  # one pass, whatever the steps
+    solves = False  # one pass, with any number of steps
 
     def __init__(
         self, dims: int, features: int, *, transforms: int, bins: int, hidden: Sequence[int]
@@ -237,7 +238,7 @@ class CouplingFlow(nn.Module):
         self.head = GaussianHead(features, dims)
         self.project = Edge(features, transforms * hidden[0])
         masks = [_mask(dims, k) for k in range(transforms)]
-        # Dimensions of each coupling, those that stay before those that it bends.
+        # Dimensions of each coupling: first the ones it keeps, then the ones it bends.
         orders = torch.stack([torch.argsort(~mask, stable=True) for mask in masks])
         self.register_buffer("orders", orders, persistent=False)
         self.register_buffer("places", orders.argsort(), persistent=False)
@@ -247,7 +248,7 @@ class CouplingFlow(nn.Module):
         )
 
     def whitened_to_noise(self, y: Tensor, features: Tensor) -> tuple[Tensor, Tensor]:
-        """Bend y ``(n, d, q)`` to noise, given features ``(n, s)``; with log slopes ``(n, d)``."""
+        """Map y ``(n, d, q)`` to noise, given features ``(n, s)``; with log slopes ``(n, d)``."""
         log_slope = y.new_zeros(y.shape[:-1])
         for conditioner, order, place, shift in self._couplings(features):
             stay, turn = _parted(y, order, conditioner)
@@ -257,7 +258,7 @@ class CouplingFlow(nn.Module):
         return y, log_slope
 
     def noise_to_whitened(self, noise: Tensor, features: Tensor) -> Tensor:
-        """Undo ``whitened_to_noise``, ``(n, d, q)``."""
+        """Invert ``whitened_to_noise``, ``(n, d, q)``."""
         y = noise
         for conditioner, order, place, shift in reversed(self._couplings(features)):
             stay, turn = _parted(y, order, conditioner)
@@ -266,17 +267,17 @@ class CouplingFlow(nn.Module):
         return y
 
     def _couplings(self, features: Tensor) -> list[tuple[Conditioner, Tensor, Tensor, Tensor]]:
-        """Couplings with their shifts, for which features are projected once a curve."""
+        """Return couplings with their shifts; features are projected once per curve."""
         shifts = self.project(features).unsqueeze(1).chunk(len(self.orders), dim=-1)
         return list(zip(self.conditioners, self.orders, self.places, shifts, strict=True))
 
     def loss(self, theta: Tensor, features: Tensor, noise: Tensor, time: Tensor) -> Tensor:
-        """Return minus the log density of each row, ``(n,)``.
+        """Return the negative log density of each row, ``(n,)``.
 
         Args:
             theta: Data, ``(n, q)``.
             features: Condition, ``(n, s)``.
-            noise, time: What flow matching needs; not used.
+            noise, time: Arguments of flow matching; not used.
         """
         return -self.log_prob(theta.unsqueeze(1), features, steps=1).squeeze(1)
 
@@ -293,18 +294,18 @@ class CouplingFlow(nn.Module):
 
 
 def _parted(y: Tensor, order: Tensor, conditioner: Conditioner) -> list[Tensor]:
-    """Return the dimensions of y that a coupling leaves alone, and those that it bends."""
+    """Return the dimensions of y that a coupling keeps, and the ones that it bends."""
     stay = conditioner.enter.in_features
     return y.index_select(-1, order).split([stay, len(order) - stay], -1)
 
 
 def _mask(dims: int, k: int) -> Tensor:
-    """Return which dimensions coupling k leaves alone, ``(q,)`` of bool.
+    """Return the dimensions that coupling k keeps, ``(q,)`` of bool.
 
-    Dimensions are told apart by a binary digit of their number, one digit after the other and each
-    both ways round, so that after two couplings a digit any two dimensions have met.
+    A coupling splits dimensions by a binary digit of their number. Each digit serves two couplings
+    with exchanged roles, so that all pairs of dimensions are split once all digits have served.
     """
     digits = (dims - 1).bit_length()
-    # On the CPU: sizes of layers follow from it, also where a module is built without memory.
+    # On the CPU, because layer sizes depend on it, also for a module built on the meta device.
     digit = torch.arange(dims, device="cpu") >> (k // 2 % digits) & 1
     return digit == k % 2

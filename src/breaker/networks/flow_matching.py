@@ -2,22 +2,22 @@ r"""Flow matching over a conditional Gaussian.
 
 Lipman et al. (2023), "Flow matching for generative modeling"; Wildberger et al. (2023), "Flow
 matching for scalable simulation-based inference". A velocity field ``v(y, t | s)`` carries noise
-``eps ~ N(0, 1)`` at t = 0 to data at t = 1; sampling integrates ``dy/dt = v`` from 0 to 1, the
-density integrates back and adds the divergence.
+``eps ~ N(0, 1)`` at t = 0 to data at t = 1. Sampling integrates ``dy/dt = v`` from 0 to 1; the
+density integrates backwards and adds the divergence.
 
-Two choices make the field small, so that few solver steps and a small network do:
+Two choices make the field small, so that few solver steps and a small network suffice:
 
 - The data are whitened first, ``y = P(s) (theta - m(s))``, with mean and lower-triangular factor
-  from a linear head that is trained along by maximum likelihood. What is left to the field is
-  where the posterior is not Gaussian.
+  from a linear head that is trained with the field, by maximum likelihood. The field then only
+  describes the non-Gaussian part of the posterior.
 - The path is ``y_t = sin(pi t / 2) y + cos(pi t / 2) eps`` (the trigonometric interpolant of
   Albergo & Vanden-Eijnden, 2023), which keeps unit variance: for a Gaussian posterior the best
-  field is zero, where a straight path would first shrink and then spread.
+  field is zero, whereas along a straight path the variance first falls and then rises.
 
-The field starts at zero, so that a new network is the Gaussian itself.
+The field starts at zero, so that a new network is the Gaussian of the head.
 
-The divergence is exact: the q unit tangents go through the residual blocks together, by the chain
-rule, beside the velocity that needs the same activations.
+The divergence is exact: the q unit tangents pass through the residual blocks by the chain rule,
+together with the velocity, which needs the same activations.
 """
 
 import math
@@ -27,20 +27,20 @@ from torch import Tensor, nn
 
 from breaker.networks.blocks import Edge, GaussianHead, Hidden
 
-# Numbers in the tangents of a block of points: 256 kB, a part of the cache of a processor's core;
-# and 64 MB, few enough for the memory of any GPU.
+# Numbers in the tangents of a block of points: 256 kB fit into the cache of a CPU core, and 64 MB
+# into the memory of any GPU.
 _TANGENTS = {"cpu": 2**16, "cuda": 2**24}
 
 
 def _silu_and_slope(x: Tensor) -> tuple[Tensor, Tensor]:
-    """``silu(x) = x sigmoid(x)`` and its derivative."""
+    """Return ``silu(x) = x sigmoid(x)`` and its derivative."""
     gate = x.sigmoid()
     value = x * gate
     return value, torch.addcmul(gate, value, 1.0 - gate)
 
 
 class VelocityField(nn.Module):
-    """Residual network ``(y, t, s) -> dy/dt``, conditioned on features projected once a curve.
+    """Residual network ``(y, t, s) -> dy/dt``, conditioned on features projected once per curve.
 
     Args:
         dims: Number q of dimensions of y.
@@ -69,7 +69,7 @@ class VelocityField(nn.Module):
         return self.condition(features).unsqueeze(1)
 
     def forward(self, y: Tensor, time: Tensor, projected: Tensor) -> Tensor:
-        """Velocity ``(n, d, q)`` at points of that shape, times ``(n, d, 1)`` or ``(1, 1, 1)``."""
+        """Return the velocity at points ``(n, d, q)`` and times ``(n, d, 1)`` or ``(1, 1, 1)``."""
         shifts = self._shifts(time, projected)
         h = self.enter(y) + shifts[0]
         for inner, outer, shift in zip(self.inner, self.outer, shifts[1:], strict=True):
@@ -77,10 +77,10 @@ class VelocityField(nn.Module):
         return self.leave(nn.functional.silu(h))
 
     def with_divergence(self, y: Tensor, time: Tensor, projected: Tensor) -> tuple[Tensor, Tensor]:
-        """Velocity ``(n, d, q)`` and its divergence ``(n, d)``.
+        """Return the velocity ``(n, d, q)`` and its divergence ``(n, d)``.
 
-        ``tangents[i]`` is ``dh / dy_i``. A block maps it as its linear layers do, with the slopes
-        of silu in between; of the last layer, only the diagonal of the Jacobian is needed.
+        ``tangents[i]`` is ``dh / dy_i``. A block multiplies it by its linear layers and the slopes
+        of silu. The last layer needs only the diagonal of the Jacobian.
         """
         shifts = self._shifts(time, projected)
         h = self.enter(y) + shifts[0]
@@ -98,7 +98,7 @@ class VelocityField(nn.Module):
         return self.leave(value), ((tangents * rows).sum(0) * slope).sum(-1)
 
     def _shifts(self, time: Tensor, projected: Tensor) -> tuple[Tensor, ...]:
-        """What time and features add in each block."""
+        """Return the shifts of all blocks from time and features."""
         angles = time * self.frequencies
         embedded = self.time(torch.cat([angles.sin(), angles.cos()], dim=-1))
         return (projected + embedded).split(self.enter.out_features, dim=-1)
@@ -113,7 +113,7 @@ class FlowMatching(nn.Module):
         width, blocks: Size of the velocity field.
     """
 
-    solves = True  # steps of a solver decide on the accuracy
+    solves = True  # solver steps determine the accuracy
 
     def __init__(self, dims: int, features: int, *, width: int, blocks: int) -> None:
         super().__init__()
@@ -127,7 +127,7 @@ class FlowMatching(nn.Module):
         Args:
             theta: Data, ``(n, q)``.
             features: Condition, ``(n, s)``.
-            noise: Start points, ``(n, k, q)``: k times a row share one condition.
+            noise: Start points, ``(n, k, q)``: the k points of a row share one condition.
             time: Times in [0, 1], ``(n, k, 1)``.
         """
         base = self.head(features)
@@ -141,7 +141,7 @@ class FlowMatching(nn.Module):
         return base_loss + (field - velocity).square().sum(-1).mean(-1)
 
     def sample(self, noise: Tensor, features: Tensor, *, steps: int) -> Tensor:
-        """Carry noise ``(n, d, q)`` to draws ``(n, d, q)`` by the midpoint rule."""
+        """Map noise ``(n, d, q)`` to draws ``(n, d, q)`` by the midpoint rule."""
         projected, y = self.field.project(features), noise
         for k in range(steps):
             middle = y + self.field(y, self._time(k / steps, y), projected) / (2 * steps)
@@ -149,9 +149,9 @@ class FlowMatching(nn.Module):
         return self.head(features).restore(y)
 
     def log_prob(self, theta: Tensor, features: Tensor, *, steps: int) -> Tensor:
-        """Return the log density of ``(n, d, q)``, ``(n, d)``: the same rule, backwards.
+        """Return the log density of ``(n, d, q)``, ``(n, d)``, by the midpoint rule backwards.
 
-        Block by block of points, so that their tangents stay in the cache.
+        Points are processed in blocks, so that their tangents stay in the cache.
         """
         base, projected = self.head(features), self.field.project(features)
         width = self.field.enter.out_features
@@ -161,16 +161,16 @@ class FlowMatching(nn.Module):
             torch.cat(
                 [
                     self._carry_back(y, shifts, steps)
-                    for y in some.split(max(1, points // len(some)), dim=1)
+                    for y in block.split(max(1, points // len(block)), dim=1)
                 ],
                 dim=1,
             )
-            for some, shifts in curves
+            for block, shifts in curves
         ]
         return torch.cat(density) + base.log_det.unsqueeze(1)
 
     def _carry_back(self, y: Tensor, projected: Tensor, steps: int) -> Tensor:
-        """Log density ``(n, d)`` of whitened points ``(n, d, q)``."""
+        """Return the log density ``(n, d)`` of whitened points ``(n, d, q)``."""
         divergence = torch.zeros_like(y[..., 0])
         for k in range(steps, 0, -1):
             middle = y - self.field(y, self._time(k / steps, y), projected) / (2 * steps)

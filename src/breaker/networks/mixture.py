@@ -1,15 +1,14 @@
-r"""Autoregressive mixtures: a joint density, one dimension after the other, with or without atoms.
+r"""Autoregressive mixtures: joint densities, dimension by dimension, with or without atoms.
 
-Each dimension is a mixture of Gaussians given the features and the dimensions before it (Uria,
+Each dimension is a mixture of Gaussians given the features and the earlier dimensions (Uria,
 Murray & Larochelle, 2013, "RNADE: the real-valued neural autoregressive density-estimator"):
 
 ``theta_i = a_i(s) + sum_{j < i} w_ij(s) theta_j + e^{b_i(s)} r_i``,
 
 where the residual ``r_i`` is a mixture whose weights, means and widths a small network computes
-from the features s and the residuals before it. So what is linear and Gaussian costs no layer. With
-atoms, a dimension may also be exactly 0, with a probability of its own. Dimensions that a condition
-does not have are left out. Draws are the business of who reads the weights
-(``networks.Network``).
+from the features s and the earlier residuals. Linear and Gaussian dependence needs no hidden layer.
+With atoms, a dimension may also be exactly 0, with its own probability. Dimensions that a condition
+does not have are left out. The reader of the weights (``networks.Network``) draws from the density.
 """
 
 import math
@@ -27,9 +26,9 @@ class AutoregressiveMixture(nn.Module):
     Args:
         dims: Number q of dimensions of theta.
         features: Number s of features of the condition.
-        components: Gaussians of a mixture.
+        components: Number of Gaussians of a mixture.
         width: Width of the network of a dimension.
-        atoms: Which dimensions may be exactly 0, ``(q,)`` of bool; none if it is empty.
+        atoms: Dimensions that may be exactly 0, ``(q,)`` of bool; none if empty.
     """
 
     def __init__(
@@ -58,12 +57,12 @@ class AutoregressiveMixture(nn.Module):
         self.register_buffer("atoms", torch.tensor(atoms or (False,) * dims), persistent=False)
 
     def log_prob(self, theta: Tensor, features: Tensor, there: Tensor) -> Tensor:
-        """Return the log density of each dimension given those before it, ``(n, q)``.
+        """Return the log density of each dimension given the earlier ones, ``(n, q)``.
 
         Args:
-            theta: ``(n, q)``; what is exactly 0 in a dimension of ``atoms`` is one.
-            features: ``(n, s)``.
-            there: Which dimensions count, ``(n, q)`` of 0 and 1; the density of others is 0.
+            theta: Data, ``(n, q)``; an exact 0 in a dimension of ``atoms`` is an atom.
+            features: Condition, ``(n, s)``.
+            there: Dimensions that count, ``(n, q)`` of 0 and 1; the result is 0 for others.
         """
         n, q = theta.shape
         place, scale, weights = self._linear(features)
@@ -81,15 +80,15 @@ class AutoregressiveMixture(nn.Module):
         normal = normal - widths - 0.5 * math.log(2.0 * math.pi)
         density = torch.logsumexp(torch.log_softmax(logits, dim=-1) + normal, dim=-1) - scale
         odds = numbers[..., -1]
-        said = torch.where(
+        with_atoms = torch.where(
             atom > 0.0,
             nn.functional.logsigmoid(odds),
             nn.functional.logsigmoid(-odds) + density,
         )
-        return torch.where(self.atoms, said, density) * there
+        return torch.where(self.atoms, with_atoms, density) * there
 
     def _linear(self, features: Tensor) -> tuple[Tensor, Tensor, Tensor]:
-        """Places and log scales ``(n, q)``, and lower-triangular weights ``(n, q, q)``."""
+        """Return places and log scales ``(n, q)``, and lower-triangular weights ``(n, q, q)``."""
         n, q = len(features), self.dims
         place, scale, below = self.head(features).split([q, q, q * (q - 1) // 2], dim=1)
         weights = torch.zeros((n, q, q), dtype=features.dtype, device=features.device)

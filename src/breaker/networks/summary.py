@@ -1,7 +1,7 @@
 """Summary networks, and both networks of a posterior from their settings.
 
-A summary network compresses a time series ``(n, t)`` to features ``(n, s)`` (Fig. 2 of the paper,
-whose TimeSeriesNetwork is that of BayesFlow, an LSTNet, too).
+A summary network compresses a time series ``(n, t)`` to features ``(n, s)`` (paper, Fig. 2). The
+paper uses BayesFlow's TimeSeriesNetwork, which is an LSTNet, too.
 """
 
 from collections.abc import Mapping, Sequence
@@ -26,7 +26,7 @@ def build(
         settings: ``{"summary": {"kind": ..., **sizes}, "inference": {"kind": ..., **sizes}}``. The
             kind of a summary network is "time_series" or ``module:function``: see ``OwnNetwork``.
         samples: Length t of a series.
-        dims: Number q of dimensions of what is inferred.
+        dims: Number q of inferred dimensions.
 
     Raises:
         ValueError: If a kind is unknown or its sizes do not fit together.
@@ -47,7 +47,7 @@ def build(
 
 
 class SummaryNetwork(nn.Module):
-    """Summary network whose input is scaled by frozen numbers, never by running moments."""
+    """Summary network that scales its input by frozen numbers instead of running moments."""
 
     def __init__(self, samples: int) -> None:
         super().__init__()
@@ -56,11 +56,11 @@ class SummaryNetwork(nn.Module):
 
     @torch.no_grad()
     def freeze(self, centre: Tensor, scale: Tensor, components: Tensor) -> None:
-        """Set by what the input is scaled: centre ``(t,)`` and scale ``()``.
+        """Set the centre ``(t,)`` and the scale ``()`` of the input.
 
         Args:
-            components: Principal components of centred series, ``(t, c)``, for networks that
-                start with them.
+            components: Principal components of centred series, ``(t, c)``, as initial weights of
+                some networks.
         """
         del components
         self.centre.copy_(centre)
@@ -68,11 +68,11 @@ class SummaryNetwork(nn.Module):
 
 
 class OwnNetwork(SummaryNetwork):
-    """Summary network that a function of the user makes, on series that are centred and scaled.
+    """Summary network made by a function of the user; its input is centred and scaled.
 
     Args:
-        network: Module that maps ``(n, t)`` to ``(n, s)``; without dropout or batch normalisation,
-            as a training that was killed resumes from weights and the random state of its batches.
+        network: Module that maps ``(n, t)`` to ``(n, s)``, without dropout or batch normalisation,
+            because checkpoints contain only weights and the random state of batches.
 
     Raises:
         ValueError: If the features have another shape.
@@ -98,15 +98,15 @@ class TimeSeriesNetwork(SummaryNetwork):
     """Strided convolutions, GRU, skip GRU and a linear highway, after LSTNet.
 
     Lai, Chang, Yang & Liu (2018), "Modeling long- and short-term temporal patterns with deep
-    neural networks", whose recurrent-skip layer joins hidden states ``skip`` steps apart, and
-    whose linear part runs beside the non-linear one. Here the highway is a linear map of the
-    whole series, and a residual network joins the parts.
+    neural networks": its recurrent-skip layer connects hidden states at a distance of ``skip``
+    steps, and a linear part adds to the non-linear part. Here this highway is a linear map of the
+    entire series, and a residual network joins the parts.
 
     Args:
         samples: Length t of a series.
         features: Number s of features.
         components: Number of outputs of the highway.
-        channels, kernels, strides: One entry a convolution, of equal lengths.
+        channels, kernels, strides: One entry per convolution, of equal lengths.
         gru_width: Width of the GRU.
         skip: Steps (after the convolutions) that the skip GRU spans.
         skip_width: Width of the skip GRU.
@@ -153,16 +153,16 @@ class TimeSeriesNetwork(SummaryNetwork):
 
     @torch.no_grad()
     def freeze(self, centre: Tensor, scale: Tensor, components: Tensor) -> None:
-        """Scale the input, and start the highway with components ``(t, components)``."""
+        """Set the scaling of the input, and initial weights of the highway, ``(t, components)``."""
         super().freeze(centre, scale, components)
         self.highway.weight.copy_(components.T)
         self.highway.bias.zero_()
 
     def recur(self, steps: Tensor) -> Tensor:
-        """Last states of both GRUs, ``(n, steps, channels) -> (n, gru_width + skip skip_width)``.
+        """Return the last states of both GRUs, ``(n, steps, channels) -> (n, states)``.
 
-        The skip GRU sees each of the ``skip`` interleaved series by itself; the oldest steps that
-        do not fill a whole span are left out.
+        The skip GRU processes each of the ``skip`` interleaved series separately. It omits the
+        oldest steps that do not fill a span.
         """
         n, length, channels = steps.shape
         spans = length // self.skip

@@ -1,12 +1,12 @@
 """Training of networks by stochastic gradients: optimisers, batches, checkpoints, the trainer.
 
-The exponential moving average (EMA) of the weights is evaluated and kept, by the mean negative
-log density of a fixed batch. The loss that is trained on does not rank weights: flow matching is
-scored in coordinates that its base whitens, so its value falls where the base is too wide. The
+The exponential moving average (EMA) of the weights is evaluated by the mean negative log density of
+a fixed batch, and the best average is kept. The training loss cannot rank weights: the loss of flow
+matching is in coordinates that its base whitens, so it falls where the base is too wide. The
 learning rate warms up linearly and falls to zero by a cosine over a fixed number of steps.
 
 All randomness of the batches comes from one generator, whose state is in the checkpoint, or from
-its seed and the step. So a training that was killed continues where it was and ends with the
+its seed and the step. So an interrupted training continues from its checkpoint and ends with the
 weights of an uninterrupted one.
 """
 
@@ -33,10 +33,10 @@ from breaker.networks.blocks import Edge, Hidden
 
 # ---- optimisers ----
 
-# Layers whose matrices Muon moves, by the name of the optimiser; AdamW moves all other weights.
+# Layers whose matrices Muon updates, by name of the optimiser; AdamW updates all other weights.
 _MOVED = {"muon": (Hidden,), "muon_edges": (Hidden, Edge)}
-# Jordan's polynomial: the steepest at 0 whose values stay near 1, so that five rounds bring
-# singular values from 1e-3 of the largest up to 0.7.
+# Jordan's polynomial has the steepest slope at 0 with values that stay near 1, so that five rounds
+# raise singular values from 1e-3 of the largest to 0.7.
 _COEFFICIENTS = (3.4445, -4.7750, 2.0315)
 _ROUNDS = 5
 
@@ -47,29 +47,29 @@ def optimisers(
     """Return the optimisers of a network's weights, AdamW and Muon.
 
     Args:
-        kind: "muon", which moves the matrices of ``Hidden`` layers by Muon, or "muon_edges", which
-            moves those of ``Edge`` layers by Muon, too.
+        kind: "muon", which updates matrices of ``Hidden`` layers by Muon, or "muon_edges", which
+            updates matrices of ``Edge`` layers by Muon, too.
     """
     options = {"lr": learning_rate, "weight_decay": weight_decay}
     moved = [layer.weight for layer in network.modules() if isinstance(layer, _MOVED[kind])]
-    apart = {id(weight) for weight in moved}
-    others = [weight for weight in network.parameters() if id(weight) not in apart]
+    moved_ids = {id(weight) for weight in moved}
+    others = [weight for weight in network.parameters() if id(weight) not in moved_ids]
     return [torch.optim.AdamW(others, **options), Muon(moved, **options)]
 
 
 class Muon(torch.optim.Optimizer):
     """Momentum made orthogonal, for matrices (Jordan et al., 2024).
 
-    A step's root mean square is that of AdamW (Liu et al., 2025, "Muon is scalable for LLM
+    A step has the root mean square of AdamW's step (Liu et al., 2025, "Muon is scalable for LLM
     training"), so that both optimisers take the same learning rate. ``torch.optim.Muon`` computes
     one matrix at a time and only in bfloat16: on small networks it takes a third longer, and on a
-    processor that has no instructions for bfloat16 more than twenty times as long.
+    processor without instructions for bfloat16 more than twenty times as long.
 
     Args:
         weights: Matrices.
         lr: Learning rate.
         weight_decay: Decoupled weight decay.
-        momentum: Decay of the gradient's moving average, which Nesterov's step looks ahead of.
+        momentum: Decay of the gradient's moving average, with Nesterov's step.
     """
 
     def __init__(
@@ -79,14 +79,14 @@ class Muon(torch.optim.Optimizer):
 
     @torch.no_grad()
     def step(self, closure: None = None) -> None:
-        """Move all weights that have a gradient."""
+        """Update all weights that have a gradient."""
         del closure  # the loss is not evaluated again
         for group in self.param_groups:
-            alike: dict[torch.Size, list[Tensor]] = {}
+            by_shape: dict[torch.Size, list[Tensor]] = {}
             for weight in group["params"]:
                 if weight.grad is not None:
-                    alike.setdefault(weight.shape, []).append(weight)
-            for shape, weights in alike.items():
+                    by_shape.setdefault(weight.shape, []).append(weight)
+            for shape, weights in by_shape.items():
                 grads = [weight.grad for weight in weights]
                 means = [
                     self.state[weight].setdefault("momentum", torch.zeros_like(weight))
@@ -102,10 +102,10 @@ class Muon(torch.optim.Optimizer):
 
 
 def orthogonal(matrices: Tensor) -> Tensor:
-    """Return about the nearest matrices of orthogonal rows or columns, by Newton and Schulz.
+    """Return approximately the nearest matrices with orthogonal rows or columns (Newton-Schulz).
 
-    Singular values end between 0.7 and 1.2, which is near enough for a step. Matrices of one
-    shape go together: those of a network are so small that each call costs more than its product.
+    Singular values end between 0.7 and 1.2, which is enough for a step. Matrices of one shape are
+    stacked, because for the small matrices of a network a call costs more than its product.
 
     Args:
         matrices: ``(k, m, n)``.
@@ -114,7 +114,7 @@ def orthogonal(matrices: Tensor) -> Tensor:
     tall = matrices.shape[1] > matrices.shape[2]
     wide = matrices.mT if tall else matrices
     norms = torch.linalg.vector_norm(wide, dim=(1, 2), keepdim=True).clamp_min(1e-7)
-    # The direction of a step may be rounded to bfloat16 where the processor multiplies it faster.
+    # A step's direction may be rounded to bfloat16 where products of bfloat16 are faster.
     fast = matrices.device.type == "cuda" or torch.cpu.get_capabilities().get("avx512_bf16", False)
     x = (wide / norms).to(torch.bfloat16 if fast else torch.float32)
     for _ in range(_ROUNDS):
@@ -125,10 +125,10 @@ def orthogonal(matrices: Tensor) -> Tensor:
 
 @contextmanager
 def full_width() -> Iterator[None]:
-    """Multiply matrices of float32 on the whole width of an AMD processor, without rounding.
+    """Multiply matrices of float32 at the full vector width of an AMD processor, without rounding.
 
-    MKL uses half of it. oneDNN is twice as fast there, but torch takes it only where it may round
-    to bfloat16, which oneDNN does on processors with tiles for matrices (AMX), and not on others.
+    MKL uses half of the width, and oneDNN is twice as fast. But torch selects oneDNN only if it may
+    round to bfloat16. oneDNN does round on processors with matrix tiles (AMX), but not on others.
     """
     able, matmul = torch.cpu.get_capabilities(), torch.backends.mkldnn.matmul
     exact = able.get("avx512_bf16", False) and not able.get("amx_bf16", False)
@@ -141,7 +141,7 @@ def full_width() -> Iterator[None]:
 
 
 def choose_device(name: str) -> torch.device:
-    """Return the device called ``name``; "auto" is CUDA where there is one."""
+    """Return the device called ``name``; "auto" is CUDA if available, else the CPU."""
     if name == "auto":
         name = "cuda" if torch.cuda.is_available() else "cpu"
     return torch.device(name)
@@ -151,23 +151,23 @@ def choose_device(name: str) -> torch.device:
 
 
 class DrawnRows:
-    """Rows of which a batch takes any, with replacement, by ``draw(rows, rng)``.
+    """Rows from which a batch is drawn with replacement, by ``draw(rows, rng)``.
 
-    Rows that are made for their batch have a ``batch`` of their own.
+    Subclasses that make rows for a batch override ``batch``.
     """
 
     def batch(self, step: int, n: int, rng: torch.Generator) -> Sequence[Tensor]:
         """Return the batch of ``n`` rows of a step of a training."""
-        del step  # any row at any time
+        del step  # all steps draw from all rows
         return self.draw(torch.randint(len(self), (n,), generator=rng, device=rng.device), rng)
 
 
 @dataclass
 class MadeRows(DrawnRows):
-    """Rows that a function makes anew for each batch, in other processes if wanted.
+    """Rows that a function makes for each batch, optionally in other processes.
 
-    A batch follows from the seed of the training and the step alone. So other processes may make
-    batches ahead, and a training that was killed ends with the same weights.
+    A batch depends only on the seed of the training and the step. So other processes may make
+    batches ahead, and an interrupted training ends with the same weights.
 
     Attributes:
         numbers: Numbers of the rows, ``(n,)``.
@@ -190,10 +190,10 @@ class MadeRows(DrawnRows):
         """Return the batch of ``n`` rows of a step of a training.
 
         Raises:
-            ValueError: If there are to be workers, and the system does not fork processes.
+            ValueError: If there are workers, and the system cannot fork processes.
         """
         if step != self._next:
-            steps = range(step, 2**62)  # without an end: the training takes what it needs
+            steps = range(step, 2**62)  # endless: the training takes the batches that it needs
             loader = DataLoader(
                 steps,
                 batch_size=None,  # an item is a batch
@@ -208,7 +208,7 @@ class MadeRows(DrawnRows):
         return [tensor.to(self.device, non_blocking=True) for tensor in next(self._ahead)]
 
     def draw(self, rows: Tensor, rng: torch.Generator) -> list[Tensor]:
-        """Return rows by their places ``(n,)`` among the numbers."""
+        """Return rows by their indices ``(n,)`` in ``numbers``."""
         seed = torch.randint(2**62, (), generator=rng, device=rng.device).item()
         made = self._made(self.numbers[rows.cpu().numpy()], np.random.default_rng(seed))
         return [tensor.to(self.device) for tensor in made]
@@ -229,22 +229,22 @@ class Checkpoint(NamedTuple):
 
     Attributes:
         file: Path of the file.
-        fingerprint: What the state must have been made with; the state of another training is
-            not read, and written over.
+        fingerprint: Hash of the training; a state with another one is not read, and is
+            overwritten.
     """
 
     file: Path
     fingerprint: str
 
     def write(self, state: dict) -> None:
-        """Write a state, as a whole or not at all."""
+        """Write a state; an interrupted write leaves the old file."""
         self.file.parent.mkdir(parents=True, exist_ok=True)
         partial_file = self.file.with_suffix(".partial")
         torch.save(state | {"fingerprint": self.fingerprint}, partial_file)
         partial_file.replace(self.file)
 
     def read(self) -> dict | None:
-        """Return the state, None if there is none of this training.
+        """Return the state, or None if this training has none.
 
         Raises:
             ValueError: If the file cannot be read.
@@ -252,8 +252,8 @@ class Checkpoint(NamedTuple):
         if not self.file.exists():
             return None
         try:
-            # weights_only: a checkpoint is data, whoever wrote it. On the processor, as optimisers
-            # count their steps there, and move all else to the weights.
+            # weights_only: a checkpoint must not run code. On the CPU, because optimisers count
+            # steps there, and move other state to the device of the weights.
             state = torch.load(self.file, weights_only=True, map_location="cpu")
             saved = state["fingerprint"]
         except (EOFError, KeyError, RuntimeError, UnpicklingError) as error:
@@ -269,7 +269,7 @@ class Checkpoint(NamedTuple):
 
 
 def fingerprint(settings: Mapping, code: Sequence[str | Path]) -> str:
-    """Return a hash of the settings and the code of a training, which identifies it."""
+    """Return a hash of settings and code that identifies a training."""
     digest = hashlib.sha256(json.dumps(settings, sort_keys=True).encode())
     for file in code:
         digest.update(Path(file).read_bytes())
@@ -279,7 +279,7 @@ def fingerprint(settings: Mapping, code: Sequence[str | Path]) -> str:
 
 # ---- training ----
 
-# Attributes of a training that are in its checkpoint.
+# Attributes of a training in its checkpoint.
 _NUMBERS = ("step", "best_step", "best_loss", "losses", "evaluations")
 _WEIGHTS = ("weights", "means", "best")
 
@@ -289,21 +289,21 @@ class Trainer:
     """Training of one network, ready to run.
 
     Attributes:
-        network: Network on the device of its training, with a ``name``. ``loss(*batch)`` is
-            trained on; ``validation_loss(*batch)`` is the negative log density. Both are ``(n,)``.
+        network: Network on the device of its training, with a ``name``, ``loss(*batch)`` and
+            ``validation_loss(*batch)``, the negative log density, ``(n,)`` each.
         rows: Rows to train on.
-        validation: Rows to evaluate on, not among ``rows``; they are drawn once.
+        validation: Held-out rows for evaluation, drawn once.
         settings: ``steps``, ``batch``, ``optimiser``, ``learning_rate``, ``evaluate_every``,
             ``checkpoint_every``.
         seed: Seed of the configuration.
-        checkpoint: Where the state is kept; None for a training too short to be killed.
-        warm_up: Share of the steps in which the learning rate rises, as the first averages of
-            the gradient are noisy.
-        weight_decay: Decoupled weight decay. Batches with fresh noise need none.
-        clip: Largest norm of the gradient. The default acts on extreme batches alone: less costs
-            held-out density of the paper's networks (0.03 nats).
-        ema: Decay of the moving average of the weights: the last 1 / (1 - ema) steps count, a
-            third of the paper's training.
+        checkpoint: File of the state; None for a short training without one.
+        warm_up: Share of the steps in which the learning rate rises, because the first averages
+            of the gradient are noisy.
+        weight_decay: Decoupled weight decay. Batches with new noise need none.
+        clip: Largest norm of the gradient. The default acts only on extreme batches; smaller norms
+            lower the held-out log density of the paper's networks by 0.03 nats.
+        ema: Decay of the moving average of the weights, which spans the last 1 / (1 - ema) steps,
+            a third of the paper's training.
     """
 
     network: nn.Module
@@ -338,7 +338,7 @@ class Trainer:
         self.fixed_batch = self.validation.draw(rows, fixed)
 
     def run(self) -> xr.Dataset:
-        """Train to the last step, put the best weights in place, return the history.
+        """Train to the last step, set the best weights, and return the history.
 
         Returns:
             Dataset with ``training_loss`` and ``learning_rate`` over ``step``, and
@@ -370,7 +370,7 @@ class Trainer:
         return self._history()
 
     def learning_rate(self, step: int) -> float:
-        """Learning rate of a step, from 0: linear warm-up times a cosine."""
+        """Return the learning rate of a step, counted from 0: linear warm-up times a cosine."""
         total = self.settings["steps"]
         warm_up = max(1.0, self.warm_up * total)
         cosine = 0.5 * (1.0 + math.cos(math.pi * step / total))
@@ -389,7 +389,7 @@ class Trainer:
                 group["lr"] = self.learning_rate(self.step)
             optimiser.step()
         self.step += 1
-        # Early on the average spans the steps so far, so that it forgets the start.
+        # In early steps a smaller decay lets the average forget the initial weights.
         decay = min(self.ema, self.step / (self.step + 10))
         with torch.no_grad():
             torch._foreach_lerp_(self.means, self.weights, 1.0 - decay)
