@@ -1,9 +1,9 @@
 """Compute what changed between two inspections of a drive: measured quantities and parameters.
 
 Measured quantities are compared by their means. Networks of a family of drives infer changes of
-the parameters from the mean record of each inspection. Their answer holds for drives of the family
-only, and closing and opening have to agree. A quantity changed where the 90 % interval of its
-change, the probability of no change included, excludes zero. Limits decide whether that matters.
+the parameters from the mean record of each inspection. Their estimates are valid only for drives of
+the family, and closing and opening have to agree. A quantity has changed if an increase or a
+decrease has a probability of at least 95 %. Limits decide whether the change matters.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -35,12 +35,12 @@ from breaker.records.record import Record
 USUAL_SCATTER = 0.004
 """Usual scatter of parameters, durations and quantities from operation to operation, as a share."""
 
-_DRAWS = 4000  # quantiles of 5 % are then known to 0.3 %
-# Prior probability that a measured quantity has not changed, and sd of changes, as a share: one
-# that is known to 0.3 % is reported from 4 sds on, in 1 of 15,000 unchanged ones.
+_DRAWS = 4000  # gives 5 % quantiles a standard error of 0.3 %
+# Prior probability that a measured quantity has not changed, and sd of changes, as a share. With an
+# error of 0.3 %, changes are reported from 4 sds on: in 1 of 15,000 unchanged quantities.
 _UNCHANGED, _CHANGES = 0.9, 0.1
-# Larger scatter than usual: share of the value, ms, and share of the stroke; voltages vary.
-# An over-travel may be 0, and its change is compared with no less than that share of the stroke.
+# Quantities that scatter more than usual: share of the value, ms, and share of the stroke.
+# An over-travel may be 0, so its change is relative to at least this share of the stroke.
 _SCATTER = {
     **dict.fromkeys(CURRENTS, (0.02, 0.0, 0.0)),
     **dict.fromkeys(RESISTANCES, (0.1, 0.0, 0.0)),
@@ -48,8 +48,8 @@ _SCATTER = {
     "bounce_time": (0.2, 0.3, 0.0),
     "start": (0.03, 0.0, 0.0),
 }
-# Percent; an interval that is narrower determines a change: half of the largest usual wear of
-# dampings and of the contact spring, of which 60 and 81 of 98 changes are determined.
+# Width of an interval, percent, below which the records determine a change: half of the largest
+# usual wear of dampings and contact spring. They determine 60 and 81 of 98 such changes.
 _NARROW = 15.0
 _INFERRED = {name: Parameter(name, "1", meaning) for name, meaning in EFFECTS.items()}
 _INFERRED |= {parameter.name: parameter for parameter in PARAMETERS}
@@ -60,7 +60,7 @@ class Pair(NamedTuple):
 
     Attributes:
         before, today: Records by motion.
-        first, second: Means before and today by motion, in units of the first.
+        first, second: Means before and today by motion, in the units of the first.
     """
 
     before: Mapping[str, Sequence[Record]]
@@ -70,7 +70,7 @@ class Pair(NamedTuple):
 
     @classmethod
     def of(cls, before: Mapping, today: Mapping, pace: float = 1.0) -> Self:
-        """Average the records of each inspection, today's in a time that is slower by a factor."""
+        """Average the records of each inspection; ``pace`` multiplies the time unit of today's."""
         first, second = {motion: mean_record(raws) for motion, raws in before.items()}, {}
         for motion, mean in first.items():
             units = mean.units._replace(duration=pace * mean.units.duration)
@@ -88,10 +88,10 @@ class QuantityChange(Plain):
         before, today: Measured means of both inspections, in the unit; None if inferred.
         difference, sd: Measured difference and its standard deviation, in the unit.
         p_unchanged: Probability of no change.
-        change: 5, 50 and 95 % quantiles, percent; of draws with those of no change.
-        if_changed: The same quantiles if there is a change.
-        p_worse: Probability of a change to the worse; None where neither side is.
-        changed: Whether the change differs from zero.
+        change: 5, 50 and 95 % quantiles, percent; of all draws, also those without a change.
+        if_changed: The same quantiles, given that the quantity changed.
+        p_worse: Probability of a change for the worse; None if neither direction is worse.
+        changed: Whether an increase or a decrease has a probability of at least 95 %.
         identifiable: Whether the records determine the change of a parameter.
     """
 
@@ -112,12 +112,12 @@ class QuantityChange(Plain):
 
     @classmethod
     def of(cls, quantity: Parameter, more: float, less: float, **values: object) -> Self:
-        """Return the change of a quantity by its probabilities of being more and less."""
+        """Return the change of a quantity, from the probabilities of an increase and a decrease."""
         worse = {1: more, -1: less}.get(quantity.worse)
-        p_unchanged = max(1.0 - more - less, 0.0)  # not below, by rounding
-        about = {"p_unchanged": p_unchanged, "changed": max(more, less) >= SURE}
-        about |= {key: getattr(quantity, key) for key in ("name", "unit", "meaning")}
-        return cls(**about, p_worse=worse, **values)
+        p_unchanged = max(1.0 - more - less, 0.0)  # rounding may make the difference negative
+        known = {"p_unchanged": p_unchanged, "changed": max(more, less) >= SURE}
+        known |= {key: getattr(quantity, key) for key in ("name", "unit", "meaning")}
+        return cls(**known, p_worse=worse, **values)
 
     @property
     def measured(self) -> bool:
@@ -126,18 +126,18 @@ class QuantityChange(Plain):
 
     @property
     def is_worse(self) -> bool:
-        """Whether the quantity changed, and probably to the worse."""
+        """Whether the quantity changed, probably for the worse."""
         return self.changed and (self.p_worse or 0.0) > 0.5
 
     @property
     def words(self) -> str:
-        """Name of the quantity in a sentence, with its motion where the name lacks it."""
+        """Name of the quantity in a sentence, with its motion if the name lacks it."""
         name = in_words(self.name)
         return name if self.motion in self.name else f"{name} ({self.motion})"
 
     @property
     def shown(self) -> list[str]:
-        """The change, its interval and unit: percent, unless the value was less than its error."""
+        """Change, interval and unit: percent, unless the earlier value was within its error."""
         if self.measured and abs(self.before) < NORMAL[95] * (self.sd or 0.0):
             half = NORMAL[90] * self.sd
             ends = self.difference - half, self.difference, self.difference + half
@@ -146,18 +146,18 @@ class QuantityChange(Plain):
 
 
 def in_unit(change: Sequence[float], unit: str = "%") -> list[str]:
-    """Return a change, its interval, in digits that distinguish their ends, and the unit."""
+    """Return a change and its interval, in digits that distinguish its ends, and the unit."""
     low, middle, high = distinct(change, 2, sign=True)
     return [f"{middle} {unit}", f"{low} to {high}", unit]
 
 
 def measured_changes(pair: Pair, speeds: Sequence[Speed]) -> list[QuantityChange]:
-    """Return the change of each quantity of a motion that records of both inspections show."""
+    """Return the change of each quantity of each motion that both inspections measured."""
     rows = []
     for motion in pair.before:
         shown = [[raw.measured(speeds) for raw in raws[motion]] for raws in pair[:2]]
         for name, quantity in quantities_of(motion, speeds, ("record",)).items():
-            readings = [_readings(some, name) for some in shown]
+            readings = [_readings(quantity_values, name) for quantity_values in shown]
             if all(map(len, readings)):
                 rows.append(measured_change(quantity, motion, readings, _mean_stroke(shown[0])))
     return [row for row in rows if row]
@@ -166,27 +166,27 @@ def measured_changes(pair: Pair, speeds: Sequence[Speed]) -> list[QuantityChange
 def measured_change(
     quantity: Parameter, motion: str, readings: Sequence[np.ndarray], stroke: float = 0.0
 ) -> QuantityChange | None:
-    """Return the change of a measured quantity, percent; None of one that was 0.
+    """Return the change of a measured quantity, percent; None if its earlier value was 0.
 
-    ``readings`` are values and sds of both inspections, ``(n, 2)``; ``stroke`` was before, mm.
+    ``readings`` are values and sds of each inspection, ``(n, 2)``; ``stroke`` is the earlier, mm.
     """
-    first, second = (float(some[:, 0].mean()) for some in readings)
-    size = max(abs(first), stroke * _scatter_of(quantity.name)[2])
-    if size == 0.0:
+    first, second = (float(values[:, 0].mean()) for values in readings)
+    scale = max(abs(first), stroke * _scatter_of(quantity.name)[2])
+    if scale == 0.0:
         return None
     sd, difference = mean_error(readings, quantity.name, stroke), second - first
-    change, error = difference / size, max(sd / size, np.finfo(float).eps)
+    change, error = difference / scale, max(sd / scale, np.finfo(float).eps)
     wide = np.hypot(error, _CHANGES)
     evidence = np.log(wide / error) + 0.5 * change**2 * (wide**-2.0 - error**-2.0)
     p_changed = 1.0 / (1.0 + _UNCHANGED / (1.0 - _UNCHANGED) * np.exp(evidence))
     more, less = (0.5 * p_changed * erfc(-s * change / error / np.sqrt(2.0)) for s in (1.0, -1.0))
     ends = 100.0 * (change + NORMAL[90] * error * np.array([-1.0, 0.0, 1.0]))
-    about = {"motion": motion, "before": first, "today": second, "difference": difference, "sd": sd}
-    return QuantityChange.of(quantity, more, less, **about, change=ends, if_changed=ends)
+    means = {"motion": motion, "before": first, "today": second, "difference": difference, "sd": sd}
+    return QuantityChange.of(quantity, more, less, **means, change=ends, if_changed=ends)
 
 
 def _readings(shown: Iterable[Mapping[str, Measured]], name: str) -> np.ndarray:
-    """Return values of a quantity and their sds, ``(n, 2)``, of the records that show it."""
+    """Return values of a quantity and their sds, ``(n, 2)``, from the records that measure it."""
     readings = np.array([quantity_values[name][:2] for quantity_values in shown], float)
     return readings[np.isfinite(readings[:, 0])]
 
@@ -201,7 +201,7 @@ def mean_of(shown: Sequence[Mapping[str, Measured]], name: str) -> Measured:
 
 
 def _mean_stroke(shown: Sequence[Mapping[str, Measured]]) -> float:
-    """Return the mean stroke of records, mm; 0 where none reaches its rest."""
+    """Return the mean stroke of records, mm; 0 if no record reaches its rest position."""
     strokes = _readings(shown, "stroke")[:, 0]
     return float(strokes.sum()) / max(strokes.size, 1)
 
@@ -213,17 +213,17 @@ def _scatter_of(name: str) -> tuple[float, float, float]:
 def mean_error(readings: Sequence[np.ndarray], name: str, stroke: float) -> float:
     """Return the standard deviation of a mean of readings, or of the difference of two means.
 
-    The usual scatter of the quantity from operation to operation counts with what is seen of it.
+    The scatter from operation to operation combines the usual and the observed scatter.
     ``readings`` are values and sds of one or two inspections, ``(n, 2)``; ``stroke`` is in mm.
     """
     share, more, of_stroke = _scatter_of(name)
     usual = np.square([share * readings[0][:, 0].mean(), more, of_stroke * stroke]).sum()
-    seen = sum(len(some) - 1 for some in readings)
-    squares = sum(len(some) * some[:, 0].var() for some in readings)
+    degrees = sum(len(values) - 1 for values in readings)
+    squares = sum(len(values) * values[:, 0].var() for values in readings)
     total = 0.0
-    for some in readings:
-        known = np.nan_to_num(np.square(some[:, 1])).mean()
-        total += max(known, shrunk_variance(squares, seen, known + usual)) / len(some)
+    for values in readings:
+        stated = np.nan_to_num(np.square(values[:, 1])).mean()
+        total += max(stated, shrunk_variance(squares, degrees, stated + usual)) / len(values)
     return float(np.sqrt(total))
 
 
@@ -234,10 +234,10 @@ class NetworkChanges:
     Attributes:
         family: Family of the networks, or the nearest one.
         matches: "p_value" and "parts" of the match with it, by motion and inspection.
-        state: "estimated", with draws; "outside_family"; "beyond_wear", larger than any wear of the
-            family; "operations_disagree", of closing and opening that contradict each other;
-            "different_setup", of inspections that were measured differently.
-        agreement: "p_value" of the "parameter" in which motions agree least; 1 of a single one.
+        state: "estimated", with draws; "outside_family"; "beyond_wear", if changes are larger than
+            any wear of the family; "operations_disagree", if closing and opening contradict each
+            other; "different_setup", if the inspections were measured differently.
+        agreement: "p_value" of the "parameter" in which motions agree least; 1 with one motion.
         draws: Posterior draws of the relative change of each parameter, then of each additional
             effect as a share of the closing force (``build_up``: of the duration), ``(d,)``.
     """
@@ -249,21 +249,21 @@ class NetworkChanges:
     draws: Mapping[str, np.ndarray] = field(default_factory=dict)
 
     def unless_measured_otherwise(self, probability: float) -> "NetworkChanges":
-        """Return the changes where a share of the draws is of no change: the probability of another
-        measurement, of which networks know nothing. If it is nearly certain, there are no draws.
+        """Return the changes with a share of draws set to no change: the probability that the
+        inspections were measured differently. If that is nearly certain, return no draws.
         """
         if probability >= SURE:
             return replace(self, state="different_setup", draws={})
-        still = np.arange(_DRAWS) < probability * _DRAWS
-        draws = {name: np.where(still, 0.0, draw) for name, draw in self.draws.items()}
+        unchanged = np.arange(_DRAWS) < probability * _DRAWS
+        draws = {name: np.where(unchanged, 0.0, draw) for name, draw in self.draws.items()}
         return replace(self, draws=draws)
 
     @property
     def rows(self) -> list[QuantityChange]:
         """Change of each parameter, then of each additional effect, percent.
 
-        The records determine the change of a parameter that may change if the parameter changed,
-        or if the interval is narrow.
+        The records determine the change of a parameter if its interval excludes zero or is narrow,
+        unless all draws are without a change.
         """
         rows, quantiles = [], (1.0 - SURE, 0.5, SURE)
         for name, share in self.draws.items():
@@ -286,10 +286,10 @@ def compare(
 ) -> NetworkChanges:
     """Infer the changes by the networks of the family that fits both inspections.
 
-    If no family fits, there are no draws, and the matches are of the nearest one.
+    If no family fits, there are no draws, and the matches are those of the nearest family.
 
     Args:
-        networks: Networks of each family; the next is opened only where records do not fit.
+        networks: Networks of each family; the next is opened only if the records do not fit.
         misfit_p_value: p-value below which an inspection is outside a family.
     """
     seen = {("before", motion): mean.seen for motion, mean in pair.first.items()}
@@ -317,10 +317,10 @@ def compare(
             network.draw({motion: reference}, {motion: changed[motion]}, _DRAWS, rng)[0][0]
             for motion, reference in references.items()
         ]
-        apart = agreement_of(*alone)
-        least = {"p_value": apart.min(), "parameter": NAMES[int(apart.argmin())]}
+        agreement = agreement_of(*alone)
+        least = {"p_value": agreement.min(), "parameter": NAMES[int(agreement.argmin())]}
         changes = replace(changes, agreement=least)
-        if apart.min() < LEAST_AGREEMENT:
+        if agreement.min() < LEAST_AGREEMENT:
             return replace(changes, state="operations_disagree")
     draws = dict(zip(NAMES, np.expm1(logs[0].T), strict=True))
     draws |= {name: effect[0] for name, effect in effects.items()}

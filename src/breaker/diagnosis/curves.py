@@ -1,4 +1,4 @@
-"""Curves for figures, at times after the first motion: what is shown, and over a reference."""
+"""Curves for figures, at times after the first detected motion, alone and over a reference."""
 
 import logging
 from collections.abc import Iterator, Sequence
@@ -13,11 +13,11 @@ from breaker.family.shape import SHAPE_TIMES
 from breaker.records.files import printable
 
 TOLERANCE = 0.05
-"""Half of the band around a reference, share of its stroke: IEC 62271-100 grants 5 %."""
+"""Half-width of the tolerance band around a reference, share of its stroke (IEC 62271-100)."""
 
 
 def curve_of(record: DriveRecord, begin: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
-    """Return times after the first motion, ms, and travel, mm, from ``begin`` or earlier on."""
+    """Return times after the first detected motion, ms, and travel, mm; ``begin`` is included."""
     raw, tenth = record.raw, record.tenth - record.raw.moves
     time = raw.time[raw.inside] - raw.moves
     before, after = tenth + record.shape.duration * SHAPE_TIMES[[0, -1]]
@@ -26,8 +26,8 @@ def curve_of(record: DriveRecord, begin: float = 0.0) -> tuple[np.ndarray, np.nd
 
 
 def speed_zone(estimate: Estimate) -> list[float]:
-    """Return the times between which the speed of the motion is measured, ms of the file; none
-    where it is not.
+    """Return the times between which the speed of the motion is measured, ms of the file; empty if
+    the speed has no value.
     """
     raw, name = estimate.record.raw, f"{estimate.record.motion}_speed"
     reading = raw.reading.with_contact(estimate.contact, estimate.speeds, raw.currents)
@@ -42,9 +42,9 @@ class Overlay(NamedTuple):
 
     Attributes:
         record, reference: Both records.
-        time: Times of both, ``(t,)``, ms after the first motion.
-        way, good: Travel of both from the rest before, rising with time, ``(t,)``, mm.
-        band: Half of the tolerance band, mm.
+        time: Times of both, ``(t,)``, ms after the first detected motion.
+        way, good: Travel of both from the first rest position, rising with time, ``(t,)``, mm.
+        band: Half-width of the tolerance band, mm.
     """
 
     record: DriveRecord
@@ -79,37 +79,37 @@ class Overlay(NamedTuple):
         share = 100.0 * self.band / self.reference.shape.stroke
         values = {"band": in_digits(self.band, 3), "share": in_digits(share, 4)}
         for name, place in (("farthest", self.farthest), ("leaves", self.leaves)):
-            at, by = place or (np.nan, np.nan)
-            values |= {f"{name}_at": f"{at:.1f}", f"{name}_by": in_digits(by, 3, sign=True)}
+            time, off = place or (np.nan, np.nan)
+            values |= {f"{name}_at": f"{time:.1f}", f"{name}_by": in_digits(off, 3, sign=True)}
         return say("overlay-leaves" if self.leaves else "overlay-within", **values)
 
 
 def _pairs(
     records: Sequence[DriveRecord], good: Sequence[DriveRecord]
 ) -> Iterator[tuple[DriveRecord, DriveRecord, str]]:
-    """Yield each record with its reference, and why they cannot be compared."""
+    """Yield each record with its reference, and the reason if they cannot be compared."""
     for record in records:
         usable = [e for e in good if e.motion == record.motion and not e.reason]
         if usable and not record.reason:
             phase = record.operation.phase
             best = next((e for e in usable if e.operation.phase == phase), usable[0])
             hidden = record.raw.reading.start_hidden or best.raw.reading.start_hidden
-            about = {"file": printable(record.operation.file), "reason": hidden}
-            yield record, best, say("overlay-hidden", **about) if hidden else ""
+            words = {"file": printable(record.operation.file), "reason": hidden}
+            yield record, best, say("overlay-hidden", **words) if hidden else ""
 
 
 def not_overlaid(records: Sequence[DriveRecord], good: Sequence[DriveRecord]) -> list[str]:
-    """Return why records cannot be compared with references."""
+    """Return the reasons why records cannot be compared with references."""
     return [reason for *_, reason in _pairs(records, good) if reason]
 
 
 def overlaid(
     records: Sequence[DriveRecord], good: Sequence[DriveRecord], share: float = TOLERANCE
 ) -> list[Overlay]:
-    """Compare records with references of the same motion, and of the same phase where there is one.
+    """Compare records with references of the same motion, and of the same phase if there is one.
 
-    A record without a reference is left out; one whose first motion is hidden is logged. ``share``
-    of the reference's stroke is half of the tolerance band.
+    Records without a reference are left out. If the first motion is hidden, the reason is logged.
+    ``share`` is half of the tolerance band, as a share of the reference's stroke.
     """
     overlays = []
     for record, best, reason in _pairs(records, good):
@@ -120,9 +120,9 @@ def overlaid(
         (time, travel), (times, good_travel) = curve_of(record), curve_of(best)
         both, known = (time >= times[0]) & (time <= times[-1]), np.isfinite(good_travel)
         time, way = time[both], sign * (travel[both] - record.raw.segment.before)
-        there = np.interp(time, times[known], good_travel[known]) - best.raw.segment.before
+        good_way = np.interp(time, times[known], good_travel[known]) - best.raw.segment.before
         band = share * best.shape.stroke
-        overlays.append(Overlay(record, best, time, way, sign * there, band))
+        overlays.append(Overlay(record, best, time, way, sign * good_way, band))
     return overlays
 
 

@@ -29,9 +29,9 @@ KNOWN_VALUES = (*NAMES, "spring_compression", *SWITCHING.values())
 NOTHING = Measured(np.nan, np.nan, "the record was rejected")
 """Measurement of a record that cannot be used."""
 
-_AT_CONTACT = {*SWITCHING.values(), *(f"{m}_{of}" for m in MOTIONS for of in ("time", "wipe"))}
+_AT_CONTACT = {*SWITCHING.values(), *(f"{m}_{name}" for m in MOTIONS for name in ("time", "wipe"))}
 _NEED_CONTACT = _AT_CONTACT | ANSWERED - {"release_from10"} | {GAP.name, "spring_compression"}
-_PRESSED = 60.0  # mm; longer strokes are of puffers, whose sliding contact the travel does not show
+_PRESSED = 60.0  # mm; longer strokes are puffers', whose travel does not show a sliding contact
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,8 +42,8 @@ class DriveRecord:
         motion: "closing" or "opening".
         stated: Statements above the samples of the file.
         reason: Reason why the record cannot be used; empty if it can.
-        raw: Record as it is in the file, if it can be used; normalised, it is ``shape``, and with
-            its noise, the input of networks, ``seen``.
+        raw, shape, seen: Record as it is in the file, normalised, and as input of networks with its
+            noise; None if it cannot be used.
     """
 
     operation: Operation
@@ -61,7 +61,7 @@ class DriveRecord:
 
     @property
     def tenth(self) -> float:
-        """Time of 10 % of the stroke, the zero of times of networks, ms of the file."""
+        """Time of 10 % of the stroke, from which networks count times, ms of the file."""
         return float(self.raw.time[self.raw.segment.begin]) + self.shape.origin
 
     @property
@@ -84,7 +84,7 @@ class Given:
 
     Attributes:
         size: Scale factors of the drive relative to the family; None if unknown.
-        prior: Prior of one's own, at that size; None for the family's.
+        prior: User's prior, at that size; None for the family's.
         known: Known values, ``{name: [value, sd]}``, of ``KNOWN_VALUES``.
     """
 
@@ -99,13 +99,13 @@ class Given:
 
     @property
     def words(self) -> dict[str, str]:
-        """What is given, by the name of its row in a report."""
+        """Texts on prior and known values, by the name of their row in a report."""
         known = [f"{k} {mean:g} with an sd of {sd:g}" for k, (mean, sd) in self.known.items()]
         rows = {"Given": say("own-prior") if self.prior else "", "Known": ", ".join(known)}
         return {name: text for name, text in rows.items() if text}
 
     def family_prior(self, estimate: "Estimate") -> Prior:
-        """Return the family's prior, at the size that the record shows where none is given."""
+        """Return the family's prior at the given size, or else at the size of the record."""
         size = self.size
         if size is None:
             seen, usual = estimate.record.seen, np.exp(estimate.levels.usual[:, 0])
@@ -113,18 +113,18 @@ class Given:
         return Prior.from_settings(estimate.levels.settings["prior"]).sized(size)
 
     def _spread(self, estimate: "Estimate") -> np.ndarray:
-        """Return log-sds ``(2, p)`` by which unknown stroke and duration spread parameters."""
+        """Return log-sds ``(2, p)`` of parameters due to an unknown stroke and duration."""
         return (0.0 if self.size else estimate.levels.usual[:, 1:]) * powers()
 
     def prior_variance(self, estimate: "Estimate") -> np.ndarray:
-        """Return variances of logarithms before the record, ``(p,)``."""
+        """Return prior variances of the logarithms of parameters, ``(p,)``."""
         if self.prior is not None:
             return np.square(self.prior.log_sds)
-        own = np.square(self.family_prior(estimate).log_sds)
-        return own + np.square(self._spread(estimate)).sum(axis=0)
+        family = np.square(self.family_prior(estimate).log_sds)
+        return family + np.square(self._spread(estimate)).sum(axis=0)
 
     def sample_prior(self, estimate: "Estimate", n: int, rng: np.random.Generator) -> np.ndarray:
-        """Draw parameters from the prior before the record, ``(n, p)``."""
+        """Draw parameters from the prior, ``(n, p)``."""
         if self.prior is not None:
             return self.prior.sample(n, rng)
         theta = self.family_prior(estimate).sample(n, rng)
@@ -133,26 +133,26 @@ class Given:
 
 @dataclass(frozen=True, eq=False)
 class Estimate:
-    """Knowledge of one record.
+    """Estimate of the drive from one record.
 
     Attributes:
         record: The record.
-        levels: State network of the family; None of a record that cannot be used.
+        levels: State network of the family; None if the record cannot be used.
         match: Distance of the record from the family.
         misfit: Whether the record is outside the family, so that nothing is inferred.
         speeds: Definitions of speeds.
         motions: Motions of the operation whose records the posterior draws use.
-        draws: Posterior draws; None outside the family, and where too few are left.
-        stroke: Draws of the stroke between the rest positions, ``(d,)``, mm, of the record of the
-            operation that shows it best; None where no record reaches its rest.
-        effective_size: Effective number of draws that weights leave.
+        draws: Posterior draws; None outside the family, or if too few are effective.
+        stroke: Draws of the stroke between the rest positions, ``(d,)``, mm, from the record of the
+            operation that shows it best; None if no record reaches its rest position.
+        effective_size: Effective number of weighted draws.
         unresolved: Reason why draws are too few; empty if they are not.
-        contact_given: Whether known values or a prior of one's own restrict the contact.
-        contact_used: Whether the recorded contact is part of the inference.
+        contact_given: Whether known values or a user's prior restrict the contact.
+        contact_used: Whether the inference uses the recorded contact.
         surprise: Recorded contact minus the one that the travel predicts, sds; nan if not timed.
-        prior_share: Variance of the logarithm of each parameter over that before the record,
-            ``(p,)``: about 1 where the record does not constrain it.
-        measured: Quantities that the record shows, by name.
+        prior_share: Variance of the logarithm of each parameter over its prior variance, ``(p,)``:
+            about 1 if the record does not constrain the parameter.
+        measured: Quantities measured in the record, by name.
         remarks: Doubts about the record and its estimate.
     """
 
@@ -175,7 +175,7 @@ class Estimate:
 
     @property
     def why_not_inferred(self) -> str:
-        """Reason why a record that can be used has no draws; empty if it has."""
+        """Reason why a usable record has no draws; empty if it has draws."""
         return say("outside-family") if self.misfit else self.unresolved
 
     def why_not(self, name: str) -> str:
@@ -192,7 +192,7 @@ class Estimate:
         return self.measured.get(name, NOTHING).reason
 
     def is_inferred(self, name: str) -> bool:
-        """Return whether a value is from posterior draws, not from a measurement."""
+        """Return whether a value comes from posterior draws, not from a measurement."""
         return name in NAMES or name in INFERRED
 
     def measured_directly(self, name: str) -> bool:
@@ -212,12 +212,12 @@ class Estimate:
         if self.record.timed or self.draws is None or self.contact_unknown:
             return contact
         switching = self.draws.switching[self.record.motion]
-        at = self.record.tenth + float(np.median(switching))
-        return contact._replace(time=at, sd=float(switching.std()))
+        time = self.record.tenth + float(np.median(switching))
+        return contact._replace(time=time, sd=float(switching.std()))
 
     def inferred(self, name: str) -> np.ndarray | None:
         """Return draws ``(d,)`` of a parameter, the spring compression, or a time of the start of
-        motion, contact touch or separation; None of any other quantity.
+        motion, contact touch or separation; None for other quantities.
         """
         if name in NAMES:
             return self.draws.theta[:, NAMES.index(name)]

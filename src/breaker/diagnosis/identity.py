@@ -21,9 +21,9 @@ Inspections = Mapping[str, Sequence[DriveRecord]]
 
 
 def contradictions(records: Iterable[DriveRecord]) -> list[Sentence]:
-    """Return where files state different serial numbers, bays or types of their breaker.
+    """Return contradictions between serial numbers, bays or types that files state.
 
-    Poles may have serial numbers of their own; where a table names the breaker, it is right.
+    Poles may have their own serial numbers; a breaker's name in a table overrides the files.
     """
     usable, conflicts = [record for record in records if not record.reason], []
     for name in () if any(e.operation.breaker for e in usable) else ("serial", "bay", "type"):
@@ -36,29 +36,29 @@ def contradictions(records: Iterable[DriveRecord]) -> list[Sentence]:
 
 
 def doubts_about(records: Sequence[DriveRecord]) -> list[str]:
-    """Return warnings where files contradict how they were read, or state several breakers."""
+    """Return warnings if files contradict how they were read, or state several breakers."""
     read = [record.raw.warning for record in records if record.raw and record.raw.warning]
     return list(dict.fromkeys([*read, *contradictions(records)]))
 
 
 def check_inspection(records: Sequence[DriveRecord], before: Sequence[DriveRecord]) -> None:
     """Raise a ValueError for an inspection without a usable record, or of several breakers."""
-    for code, some in (("nothing-usable", records), ("nothing-usable-before", before)):
-        if some and all(record.reason for record in some):
-            reasons = "\n  ".join(dict.fromkeys(record.reason for record in some))
+    for code, listed in (("nothing-usable", records), ("nothing-usable-before", before)):
+        if listed and all(record.reason for record in listed):
+            reasons = "\n  ".join(dict.fromkeys(record.reason for record in listed))
             raise ValueError(say(code, reasons=reasons))
     if doubts := [doubt for doubt in contradictions(records) if doubt.code != "type-differs"]:
         raise ValueError(say("report-of-several", doubt=doubts[0]))
 
 
 def days_of(records: Iterable[DriveRecord]) -> str:
-    """Return the first and the last day of an inspection; "" where no date is known."""
+    """Return the first and the last day of an inspection; "" if no date is known."""
     days = sorted({record.operation.date[:10] for record in records} - {""})
     return " to ".join(dict.fromkeys([*days[:1], *days[-1:]]))
 
 
 def order_doubts(inspections: Inspections) -> list[Sentence]:
-    """Return a warning where the inspection "before" is later than that of "today"."""
+    """Return a warning if the inspection "before" is later than "today"."""
     before, today = (
         sorted(e.operation.date for e in some if e.operation.date and not e.reason)
         for some in inspections.values()
@@ -69,9 +69,9 @@ def order_doubts(inspections: Inspections) -> list[Sentence]:
 
 
 def phase_of(record: DriveRecord) -> str:
-    """Return the phase that the table, the file or its name states; "" where none does.
+    """Return the phase that the table, the file or its name states; "" without a phase.
 
-    In a report a channel without a phase is called by its column, which is not a phase.
+    A report uses the column of a channel as its name, if it has no phase; this is not a phase.
     """
     operation = record.operation
     if operation.phase and operation.phase != str(operation.channel):
@@ -81,27 +81,27 @@ def phase_of(record: DriveRecord) -> str:
 
 
 def check_phases(inspections: Inspections) -> list[Sentence]:
-    """Return a remark (``phase-not-stated``) where records of no stated phase are compared.
+    """Return a remark (``phase-not-stated``) if records without a stated phase are compared.
 
     Raises:
         ValueError: If usable records state several phases, or several channels state none.
     """
-    used = {name: [e for e in some if not e.reason] for name, some in inspections.items()}
-    for some in used.values():
-        if len({record.operation.channel for record in some if not phase_of(record)}) > 1:
+    used = {name: [e for e in values if not e.reason] for name, values in inspections.items()}
+    for values in used.values():
+        if len({record.operation.channel for record in values if not phase_of(record)}) > 1:
             raise ValueError(say("phases-needed"))
-    phases = {name: {phase_of(record) for record in some} - {""} for name, some in used.items()}
-    words = {name: ", ".join(sorted(some)) or "no phase" for name, some in phases.items()}
+    phases = {name: {phase_of(record) for record in values} - {""} for name, values in used.items()}
+    words = {name: ", ".join(sorted(values)) or "no phase" for name, values in phases.items()}
     if len(set().union(*phases.values())) > 1:
-        several = any(len(some) > 1 for some in phases.values())
+        several = any(len(values) > 1 for values in phases.values())
         raise ValueError(say("several-phases" if several else "different-phases", **words))
-    every = (record for some in used.values() for record in some)
-    known = all(phase_of(record) or record.operation.breaker for record in every)
+    all_used = (record for values in used.values() for record in values)
+    known = all(phase_of(record) or record.operation.breaker for record in all_used)
     return [] if known else [say("phase-not-stated", **words)]
 
 
 def phases_left_out(records: Iterable[DriveRecord], files: Files) -> list[Sentence]:
-    """Return a remark (``phase-taken``) where files have further phases than those of records."""
+    """Return a remark (``phase-taken``) if files have phases that the records do not have."""
     from breaker.records.description import travel_channels  # most commands need none
 
     taken, names = set(), set()
@@ -115,7 +115,7 @@ def phases_left_out(records: Iterable[DriveRecord], files: Files) -> list[Senten
 
 
 def stated_differences(inspections: Inspections) -> list[Sentence]:
-    """Return in which ratio, serial number or bay the files of two inspections differ."""
+    """Return differences in ratio, serial number or bay that files of two inspections state."""
     differences = []
     for name, key in {"linkage ratio": "ratio", "serial number": "serial", "bay": "bay"}.items():
         before, today = (
@@ -131,7 +131,7 @@ def stated_differences(inspections: Inspections) -> list[Sentence]:
 def nameplate(
     records: Sequence[DriveRecord], before: Sequence[DriveRecord] = ()
 ) -> list[tuple[str, str | Cell]]:
-    """Return nameplate and test as far as tables and files state them, as rows of a report."""
+    """Return the rows of a report on nameplate and test that tables and files state."""
     rows, stated = [e.operation for e in records], [e.stated for e in records]
     files = dict.fromkeys(printable(e.operation.file) for e in records if not e.reason)
     known = {
@@ -139,7 +139,7 @@ def nameplate(
         "Test date": [e.date.replace("T", " ") for e in rows],
         "Earlier inspection": [days_of(before)],
         "Files": [first_of([file.rpartition("/")[2] for file in files], 1)],
-        **{e.title(): [getattr(one, e) for one in stated] for e in ("station", "bay", "type")},
+        **{n.title(): [getattr(e, n) for e in stated] for n in ("station", "bay", "type")},
         "Serial": [e.serial for e in stated],
         "Linkage ratio": [e.ratio for e in stated],
     }

@@ -1,9 +1,9 @@
 """Posterior draws of the records of a drive, by the state networks of a family.
 
 The records of both motions of an operation give one posterior, unless they contradict each other.
-Recorded contacts, known values and a prior of one's own weight its draws. A recorded contact that
-disagrees with the travel has no weight, so that it never costs an estimate; measured times and
-speeds keep it. Everything else is measured, at the inferred contact where none is recorded.
+Recorded contacts, known values and a user's prior weight its draws. A recorded contact that
+disagrees with the travel is left out, so that it never prevents an estimate; measured times and
+speeds still use it. Other quantities are measured, at the inferred contact if none is recorded.
 """
 
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
@@ -25,24 +25,24 @@ from breaker.model.parameters import NAMES
 from breaker.model.quantities import Speed
 
 SURPRISING = 4.0
-"""Standard deviations from which on a contact, a known value or a prior disagrees with the travel:
-6e-5 of normal errors, and networks err by more than their intervals for drives of other kinds."""
+"""Standard deviations from which a contact, a known value or a prior disagrees with the travel.
+Normal errors exceed them in 6e-5; errors of networks are larger for drives outside a family."""
 
-# Draws that are weighted, and how many effective ones are enough. Quantiles of 2.5 % have 10 of 400
-# beyond. 400,000 draws take 10 s: they are for known values and priors. A contact that needs as
+# Number of weighted draws, and effective draws that are enough: 10 of 400 are beyond a quantile of
+# 2.5 %. 400,000 draws take 10 s: only known values and priors use them. A contact that needs as
 # many is left out.
 _ROUNDS = ((4_000, 400), (40_000, 100), (400_000, 100))
-_LEAST = 100  # effective draws of an estimate: an error of the median of 0.13 sd
-_ONE_DRIVE = 20.3  # squared distance of two posteriors of 7 parameters, 99.5 % of a chi-square
+_LEAST = 100  # effective draws of an estimate: they give the median an error of 0.13 sd
+_ONE_DRIVE = 20.3  # squared distance of two posteriors of 7 parameters: 99.5 % of a chi-square
 
 
 class Inference(NamedTuple):
     """The inference of drives by the networks of families.
 
     Attributes:
-        families: Opens state networks, the narrowest family first; ``choose_family`` selects one by
-            the travel. Where a recorded contact disagrees with it, the other families are tried.
-        given: Knowledge besides the records.
+        families: Function that opens state networks, the narrowest family first. ``choose_family``
+            selects one by the travel; if a recorded contact disagrees, the others are tried.
+        given: Knowledge in addition to the records.
         settings: Settings of the estimates.
     """
 
@@ -54,7 +54,7 @@ class Inference(NamedTuple):
         """Infer all records of a drive, in their order, with definitions of its speeds."""
         usable = [record for record in records if not record.reason]
         families = self.families()
-        if families == ():  # only measured, as the page shows before the model has answered
+        if families == ():  # measured only, which the page shows before the model's estimates
             estimates = [Estimate(record, unresolved=say("no-model")) for record in usable]
         else:
             estimates = self._infer_in(families, usable) if usable else []
@@ -66,26 +66,26 @@ class Inference(NamedTuple):
         completed = {}
         for estimate in estimates:
             raw = estimate.record.raw
-            about = {"speeds": speeds, "measured": raw.measured(speeds, estimate.contact)}
-            about["remarks"] = (*raw.remarks_on(), *estimate.remarks)
-            completed[id(estimate.record)] = replace(estimate, **about)
+            measured_values = {"speeds": speeds, "measured": raw.measured(speeds, estimate.contact)}
+            measured_values["remarks"] = (*raw.remarks_on(), *estimate.remarks)
+            completed[id(estimate.record)] = replace(estimate, **measured_values)
         return [completed.get(id(record)) or Estimate(record) for record in records]
 
     def _infer_in(
         self, families: Iterable[StateNetwork], usable: Sequence[DriveRecord]
     ) -> list[Estimate]:
-        """Infer records in the family of which they give most evidence."""
+        """Infer records in the family for which they give most evidence."""
         levels, matches, _ = choose_family(
             families,
-            lambda levels: [(one.motion, levels.match(one.motion, one.seen)) for one in usable],
+            lambda levels: [(e.motion, levels.match(e.motion, e.seen)) for e in usable],
             self.settings.misfit_p_value,
         )
         estimates, operations = [], {}
         for record, (_, match) in zip(usable, matches, strict=True):
             misfit = match.p_value < self.settings.misfit_p_value
             key = record.operation.number, record.operation.breaker, record.operation.phase
-            some = estimates if misfit else operations.setdefault(key, [])
-            some.append(Estimate(record, levels, match, misfit))
+            group = estimates if misfit else operations.setdefault(key, [])
+            group.append(Estimate(record, levels, match, misfit))
         for together in operations.values():
             parts = [together]
             if len(together) > 1 and (square := self._distance(together)) > _ONE_DRIVE:
@@ -99,7 +99,7 @@ class Inference(NamedTuple):
         """Return the squared distance between the posteriors of both records of an operation."""
         rng = generator(self.settings.seed, "motions", operation[0].record.operation.number)
         draw = partial(operation[0].levels.draw, draws=_ROUNDS[0][1], rng=rng, size=self.given.size)
-        drawn = (draw({own_part.record.motion: own_part.record.seen}) for own_part in operation)
+        drawn = (draw({part.record.motion: part.record.seen}) for part in operation)
         return squared_distance(*(np.log(draws.theta) for draws in drawn))
 
     def _infer_together(
@@ -107,7 +107,7 @@ class Inference(NamedTuple):
     ) -> list[Estimate]:
         """Infer one operation by its travel and the recorded contacts of motions, all by default.
 
-        The contact that disagrees most is left out if it is surprising, or leaves too few draws.
+        If a contact is surprising, or too few draws are left, the most surprising is left out.
         """
         timed = {e.record.motion: e.record for e in operation if e.record.timed}
         contacts = set(timed) if contacts is None else contacts
@@ -116,31 +116,31 @@ class Inference(NamedTuple):
         drawn, weights, effective = self._weighted(operation, contacts, rng)
         draws, strokes = drawn[0].draws, drawn[0].stroke
         sds = {
-            motion: float(_surprise(one.switched, one.raw.contact.sd, draws.switching[motion]))
-            for motion, one in timed.items()
+            motion: float(_surprise(e.switched, e.raw.contact.sd, draws.switching[motion]))
+            for motion, e in timed.items()
         }
         few = effective < min(_LEAST, weights.size / 2)
         worst = max(contacts, key=lambda motion: abs(sds[motion]), default="")
         if worst and (few or abs(sds[worst]) > SURPRISING):
             return self._infer_together(operation, contacts - {worst})
-        about = {"effective_size": effective, "contact_given": self.given.restricts}
+        fields = {"effective_size": effective, "contact_given": self.given.restricts}
         if few:
-            why = say("few-draws", left=round(effective), of=weights.size)
-            about |= {"draws": None, "stroke": None, "unresolved": why}
+            reason = say("few-draws", left=round(effective), of=weights.size)
+            fields |= {"draws": None, "stroke": None, "unresolved": reason}
         else:
             if weights.size != count or weights.min() < 1.0:
                 chosen = systematic(weights, count, rng.random(), rng)
                 draws, strokes = draws.of(chosen), None if strokes is None else strokes[chosen]
             share = np.log(draws.theta).var(axis=0) / self.given.prior_variance(drawn[0])
-            about |= {"draws": draws, "stroke": strokes, "prior_share": share}
+            fields |= {"draws": draws, "stroke": strokes, "prior_share": share}
         remarks = [*self._disagreements(drawn)]
         for k, part in enumerate(drawn):
-            motion, own = part.record.motion, [*part.remarks]
+            motion, doubts = part.record.motion, [*part.remarks]
             if motion in timed.keys() - contacts:
                 late = in_digits(part.record.raw.contact.time - part.record.raw.moves, 4)
-                own.append(say("contact-disagrees", time=late, sds=sds[motion]))
-            drawn[k] = replace(part, remarks=(*own, *remarks), surprise=sds.get(motion, np.nan))
-            drawn[k], remarks = replace(drawn[k], contact_used=motion in contacts, **about), ()
+                doubts.append(say("contact-disagrees", time=late, sds=sds[motion]))
+            drawn[k] = replace(part, remarks=(*doubts, *remarks), surprise=sds.get(motion, np.nan))
+            drawn[k], remarks = replace(drawn[k], contact_used=motion in contacts, **fields), ()
         return drawn
 
     def _weighted(
@@ -149,23 +149,23 @@ class Inference(NamedTuple):
         """Draw from the posterior of an operation until enough draws have weight.
 
         Returns:
-            The estimates with all draws, weights of these, ``(d,)``, and their effective number.
+            Estimates with all draws, weights of the draws, ``(d,)``, and their effective number.
         """
         seen = {estimate.record.motion: estimate.record.seen for estimate in operation}
         strokes = [estimate.record.raw.reading.quantities()["stroke"] for estimate in operation]
-        rest = min((one for one in strokes if not one.reason), key=lambda e: e.sd, default=None)
+        rest = min((e for e in strokes if not e.reason), key=lambda e: e.sd, default=None)
         rounds = [*_ROUNDS] if self.given.restricts else [*_ROUNDS[:2]]
         if not (self.given.restricts or contacts):  # nothing weights the draws
             rounds[0] = self.settings.draws, _LEAST
-        # A prior of one's own may be wider than the family's at its size.
+        # A user's prior may be wider than the family's prior at the given size.
         size, best = None if self.given.prior else self.given.size, (None, None, -1.0)
         for n, enough in rounds:
             if n == _ROUNDS[2][0] and best[2] * 10.0 < _LEAST:
                 break  # even ten times the draws would be too few
             draws = operation[0].levels.draw(seen, n, rng, size=size)
             stroke = None if rest is None else rng.spawn(1)[0].normal(rest.value, rest.sd, n)
-            about = {"draws": draws, "stroke": stroke, "motions": tuple(draws.release)}
-            drawn = [replace(estimate, **about) for estimate in operation]
+            fields = {"draws": draws, "stroke": stroke, "motions": tuple(draws.release)}
+            drawn = [replace(estimate, **fields) for estimate in operation]
             weights = self._weights(drawn, contacts) * _possible(drawn)
             effective = float(weights.sum() ** 2 / (np.square(weights).sum() or 1.0))
             best = max(best, (drawn, weights, effective), key=itemgetter(2))
@@ -181,7 +181,7 @@ class Inference(NamedTuple):
             family = given.family_prior(estimates[0])
             with np.errstate(invalid="ignore"):
                 log += given.prior.log_prob(draws.theta) - family.log_prob(draws.theta)
-            # Draws at an unknown size lack the part of the family's prior along sizes.
+            # Draws without a given size lack the part of the family's prior along the size.
             along = family.standardise(draws.theta) @ family.size_axes
             log -= 0.5 * np.square(along).sum(axis=1)
         for record in (estimate.record for estimate in estimates):
@@ -199,16 +199,16 @@ class Inference(NamedTuple):
         for name, (value, sd) in self.given.known.items():
             drawn = _drawn(estimates, name)
             if drawn is not None and abs(sds := _surprise(value, sd, drawn)) > SURPRISING:
-                about = {"value": in_digits(value, 4), "sd": in_digits(sd, 4)}
-                yield say("known-value-disagrees", name=name, sds=sds, **about)
+                numbers = {"value": in_digits(value, 4), "sd": in_digits(sd, 4)}
+                yield say("known-value-disagrees", name=name, sds=sds, **numbers)
             elif drawn is None and name == "spring_compression":
                 yield say("known-value-unused", name=name)
         if (prior := self.given.prior) is not None:
             logs = np.log(estimates[0].draws.theta)
-            every = _surprise(np.log(prior.medians), prior.log_sds, logs)
-            worst = int(np.abs(every).argmax())
-            if abs(every[worst]) > SURPRISING:
-                yield say("prior-disagrees", name=NAMES[worst], sds=every[worst])
+            deviations = _surprise(np.log(prior.medians), prior.log_sds, logs)
+            worst = int(np.abs(deviations).argmax())
+            if abs(deviations[worst]) > SURPRISING:
+                yield say("prior-disagrees", name=NAMES[worst], sds=deviations[worst])
 
 
 def _contact_disagrees(estimate: Estimate) -> bool:
@@ -216,16 +216,16 @@ def _contact_disagrees(estimate: Estimate) -> bool:
 
 
 def _possible(estimates: Sequence[Estimate]) -> np.ndarray:
-    """Return which draws ``(d,)`` compress the contact spring, and switch the contact on the way
-    between the rest positions.
+    """Return which draws ``(d,)`` compress the contact spring, and switch the contact between the
+    rest positions.
     """
     compression = estimates[0].inferred("spring_compression")
     possible = True if compression is None else compression > 0.0
     for estimate in estimates:
         shape, motion = estimate.record.shape, estimate.record.motion
-        at = estimate.draws.switching[motion] / shape.duration
+        times = estimate.draws.switching[motion] / shape.duration
         arrival = np.min(SHAPE_TIMES[shape.way >= 1.0], initial=np.inf)
-        possible = possible & (at < arrival) & (np.interp(at, SHAPE_TIMES, shape.way) > 0.0)
+        possible = possible & (times < arrival) & (np.interp(times, SHAPE_TIMES, shape.way) > 0.0)
     return possible
 
 
@@ -235,12 +235,12 @@ def _surprise(value: np.ndarray, sd: np.ndarray, draws: np.ndarray) -> np.ndarra
 
 
 def _drawn(estimates: Sequence[Estimate], name: str) -> np.ndarray | None:
-    """Return draws of a quantity, ``(d,)``, by the first record that has it."""
+    """Return draws of a quantity, ``(d,)``, from the first record that has them."""
     drawn = (estimate.inferred(name) for estimate in estimates)
     return next((draws for draws in drawn if draws is not None), None)
 
 
 def squared_distance(one: np.ndarray, other: np.ndarray) -> float:
-    """Return the squared Mahalanobis distance between the means of draws ``(d, p)`` and others."""
+    """Return the squared Mahalanobis distance between the means of two sets of draws ``(d, p)``."""
     off = one.mean(axis=0) - other.mean(axis=0)
     return float(off @ np.linalg.solve(np.cov(one.T) + np.cov(other.T), off))

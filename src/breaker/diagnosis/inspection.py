@@ -1,4 +1,4 @@
-"""Read an inspection of one breaker: its records, the earlier ones, and a good one below them."""
+"""Read an inspection of one breaker: its records, earlier records, and a good record."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -28,14 +28,14 @@ def read_inspection(
 
     Args:
         config: The configuration.
-        limits: Entries of the section ``limits`` that count beside those of the type.
+        limits: Entries of the section ``limits``, in addition to those of the type.
         files: Records of the inspection, or their folder.
         before: Records of the earlier inspection.
         channels: Columns of travel; all that move by default.
         of_type: Type of the breaker; by default the type that the table or the files state.
-        reference: A good record; by default that of the type.
+        reference: A good record; by default the one of the type.
         same_transducer: Whether both inspections have the same transducer and ratio.
-        opened: Files, each of which is opened once.
+        opened: Cache of files.
 
     Raises:
         OSError, ValueError: If there is no usable record, or the inspection is of several breakers.
@@ -50,8 +50,8 @@ def read_inspection(
     )
     check_inspection(diagnosis.records, earlier)
     overlays = _over(diagnosis.records, good, reference) if reference else ()
-    about = {"overlays": overlays, "same_transducer": same_transducer}
-    return replace(diagnosis, before=earlier, **about)
+    fields = {"overlays": overlays, "same_transducer": same_transducer}
+    return replace(diagnosis, before=earlier, **fields)
 
 
 def _over(
@@ -59,7 +59,7 @@ def _over(
     good: Sequence[DriveRecord],
     reference: str,
 ) -> list[Overlay]:
-    """Return records over good ones; ValueError if no good record fits."""
+    """Compare records with good ones; raise a ValueError if no good record fits."""
     if good and all(record.reason for record in good):
         raise ValueError(f"the reference cannot be used: {good[0].reason}")
     if not (overlays := overlaid(records, good)):

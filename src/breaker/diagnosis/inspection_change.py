@@ -44,7 +44,7 @@ from breaker.records.files import printable
 from breaker.records.record import Record
 from breaker.records.rejections import DISTURBED
 
-_NAMED = 4  # changes in a sentence; the table has all
+_NAMED = 4  # changes in a sentence; the table lists all
 _HEAD = ("", "unit", "before", "today", "change", "90 % interval", "P unchanged", "P worse")
 
 
@@ -94,24 +94,24 @@ class InspectionChange(Plain):
 
     @property
     def reported(self) -> list[QuantityChange]:
-        """Changes that are reported; none of inspections that were measured differently."""
+        """Changes that are reported; none if the inspections were measured differently."""
         rows = [] if self.differences else [*self.measured, *self.inferred]
         return [row for row in rows if row.changed]
 
     @property
     def worse(self) -> list[str]:
-        """Names of reported changes to the worse, or where neither side is worse."""
+        """Names of reported changes for the worse, or of quantities without a worse direction."""
         return [row.name for row in self.reported if row.p_worse is None or row.is_worse]
 
     @property
     def since(self) -> str:
-        """The earlier inspection, by its date where it is known."""
+        """Words for the earlier inspection, with its date if known."""
         date = self.dates.get("before")
         return say("earlier-dated", date=date) if date else say("earlier")
 
     @property
     def warnings(self) -> list[str]:
-        """Sentences that come first: about the records, and about another measurement."""
+        """Warnings about the records, and about differences in the measurement."""
         differences = "; ".join(self.differences)
         other = [say("different-setup-check", differences=differences)] if differences else []
         return [*self.doubts, *other]
@@ -137,32 +137,31 @@ class InspectionChange(Plain):
         """Explanations with a probability above 5 %."""
         words, clauses = {parameter.name: parameter.word for parameter in PARAMETERS}, []
         for likely in (reason for reason in self.explanations if reason.probability > 1.0 - SURE):
-            about = {"parameter": words.get(likely.parameter)}
-            about |= (
-                {"amount": "{} ({} %)".format(*in_unit(likely.change))} if likely.change else {}
-            )
+            values = {"parameter": words.get(likely.parameter)}
+            if likely.change:
+                values["amount"] = "{} ({} %)".format(*in_unit(likely.change))
             code = "several" if likely.cause == "drive" and not likely.parameter else likely.cause
-            clauses.append(say(f"cause-{code}", p=f"{likely.probability:.2f}", **about))
+            clauses.append(say(f"cause-{code}", p=f"{likely.probability:.2f}", **values))
         causes = "; or ".join(clauses)
         return say("explained", causes=causes[:1].upper() + causes[1:])
 
     @property
     def limitations(self) -> list[Sentence]:
-        """Reason why no change of a parameter is estimated; nothing if one is."""
+        """Reason why no changes of parameters are estimated; empty if they are."""
         if self.state in ("estimated", "different_setup"):
             return []
         outside = [
             f"{motion} {inspection} ({in_p(match['p_value'])})"
-            for motion, by in self.matches.items()
-            for inspection, match in by.items()
+            for motion, by_inspection in self.matches.items()
+            for inspection, match in by_inspection.items()
             if match["p_value"] < self.settings["misfit_p_value"]
         ]
-        about = {"outside": ", ".join(outside), "family": self.family, **self.agreement}
-        return [say(f"{self.state.replace('_', '-')}-check", **about)]
+        values = {"outside": ", ".join(outside), "family": self.family, **self.agreement}
+        return [say(f"{self.state.replace('_', '-')}-check", **values)]
 
 
 def _changes(code: str, rows: Sequence[QuantityChange], since: str) -> Sentence:
-    """Return the sentence on changes of one kind, the first few by name."""
+    """Return the sentence on changes of one kind; it names the first few."""
     names = ["{} {} ({} {})".format(row.words, *row.shown) for row in rows]
     if not names:
         return say(f"{code}-unchanged")
@@ -175,28 +174,28 @@ def _changes(code: str, rows: Sequence[QuantityChange], since: str) -> Sentence:
 def compare_inspections(diagnosis: Diagnosis, inspections: Inspections) -> InspectionChange:
     """Return the comparison of records "before" and "today" of a drive.
 
-    They also have the same transducer if all records name one.
+    The transducer counts as the same if all records name the same one.
 
     Raises:
-        ValueError: If they state different phases, or no motion has a usable record in both.
+        ValueError: If records state different phases, or no motion is usable in both inspections.
     """
     doubts = [*identity.order_doubts(inspections), *identity.check_phases(inspections)]
     used, rejected = _usable(inspections)
     for records in inspections.values():
         doubts += identity.doubts_about(records)
     for record in (record for records in used.values() for record in records):
-        about = {"file": printable(record.operation.file), "motion": record.motion}
+        place = {"file": printable(record.operation.file), "motion": record.motion}
         remarks = (e for e in record.raw.remarks_on() if getattr(e, "code", "") in DISTURBED)
-        doubts += [say("disturbed", remark=remark, **about) for remark in remarks]
+        doubts += [say("disturbed", remark=remark, **place) for remark in remarks]
     pair = Pair.of(*map(_by_motion, used.values()))
     settings, speeds = diagnosis.settings, diagnosis.speeds_of([*used["before"], *used["today"]])
     rng, misfit = generator(settings.seed, "two visits"), settings.misfit_p_value
     changes = compare(pair, shipped_networks(), rng, misfit_p_value=misfit)
-    named_by = {record.operation.transducer for some in used.values() for record in some}
+    transducers = {record.operation.transducer for listed in used.values() for record in listed}
     explanations = explain(
         pair,
         shipped_sensitivities(changes.family),
-        same_transducer=diagnosis.same_transducer or (len(named_by) == 1 and all(named_by)),
+        same_transducer=diagnosis.same_transducer or (len(transducers) == 1 and all(transducers)),
         sliding=family_of(changes.family)["contacts"]["sliding"],
     )
     document = inspection_change(
@@ -208,7 +207,7 @@ def compare_inspections(diagnosis: Diagnosis, inspections: Inspections) -> Inspe
         from_list(diagnosis.limits, [*pair.before], speeds),
         settings={"seed": settings.seed, "misfit_p_value": misfit},
         rejected=rejected,
-        dates={name: identity.days_of(some) for name, some in used.items()},
+        dates={name: identity.days_of(listed) for name, listed in used.items()},
         doubts=[*dict.fromkeys(doubts)],
     )
     advice = advice_on(document.worse, advice_of())
@@ -222,17 +221,17 @@ def inspection_change(
     speeds: Sequence[Speed],
     differences: Sequence[str] = (),
     limits: Sequence[Limit] = (),
-    **about: object,
+    **more: object,
 ) -> InspectionChange:
-    """Return the document of changes, explanations, and other differences in the measurement.
+    """Return the document of changes, explanations, and stated differences in the measurement.
 
-    Of inspections that were measured differently, nothing inferred is reported. Limits are on means
-    of the later inspection and on changes. ``about`` has the other fields.
+    Nothing inferred is reported if the inspections were measured differently. Limits apply to means
+    of the later inspection and to changes. ``more`` contains the other fields.
     """
     measured = measured_changes(pair, speeds)
     differences = [*differences, *measured_differences(pair, explanations, measured)]
-    other = 1.0 if differences else other_measurement(explanations)
-    changes = changes.unless_measured_otherwise(other)
+    p_different = 1.0 if differences else other_measurement(explanations)
+    changes = changes.unless_measured_otherwise(p_different)
     shown = {m: [raw.measured(speeds) for raw in raws] for m, raws in pair.today.items()}
 
     def find(limit: Limit, name: str) -> Known:
@@ -252,31 +251,31 @@ def inspection_change(
         explanations=explanations,
         measured=measured,
         inferred=changes.rows,
-        limits=judge(limits, find, about["settings"]["seed"], "visits"),
-        **about,
+        limits=judge(limits, find, more["settings"]["seed"], "visits"),
+        **more,
     )
     return plainly(document)
 
 
 def _usable(inspections: Inspections) -> tuple[dict[str, list[DriveRecord]], list[dict]]:
-    """Return usable records of motions of both inspections, and the rejected records.
+    """Return the usable records of motions that both inspections have, and the rejected records.
 
     Raises:
-        ValueError: If there is no such motion.
+        ValueError: If no motion is usable in both inspections.
     """
     records = without_copies([*inspections["before"], *inspections["today"]])
     count = len(inspections["before"])
     both = {"before": records[:count], "today": records[count:]}
-    shown = [{e.motion for e in some if not e.reason} for some in both.values()]
+    shown = [{record.motion for record in own if not record.reason} for own in both.values()]
     used, rejected = {name: [] for name in both}, []
-    for name, record in ((name, seen) for name, some in both.items() for seen in some):
+    for name, record in ((name, record) for name, own in both.items() for record in own):
         file, other = str(record.operation.file), "today" if name == "before" else "before"
         reason = record.reason.removeprefix(f"{file}: ")
         if not all(record.motion in motions for motions in shown):
             reason = reason or say("not-in-both", other=other, motion=record.motion)
         if reason:
-            about = {"file": file, "motion": record.motion, "inspection": name}
-            rejected.append(about | {"reason": reason})
+            place = {"file": file, "motion": record.motion, "inspection": name}
+            rejected.append(place | {"reason": reason})
         else:
             used[name].append(record)
     if not used["today"]:
@@ -306,8 +305,8 @@ def words_of_change(document: InspectionChange) -> Document:
 
 
 def change_tables(compared: Mapping[str, InspectionChange | str]) -> list[Table]:
-    """Return the tables of changes of a report, by phase, and where to look first, once for all; a
-    text says why a phase is not compared.
+    """Return a table of changes for each phase of a report, and one on where to look first; a phase
+    that cannot be compared has a text with the reason.
     """
     tables, look = [], {}
     for phase, document in compared.items():
@@ -324,19 +323,19 @@ def change_tables(compared: Mapping[str, InspectionChange | str]) -> list[Table]
 
 
 def _table(document: InspectionChange) -> Table:
-    """Return measured changes, then those of parameters that the records determine."""
+    """Return the table of measured changes, then of parameters that the records determine."""
     determined = [_cells(row) for row in document.inferred if row.identifiable]
     title = [say("parameters-title")] if determined else []
     return Table(_HEAD, [*map(_cells, document.measured), *title, *determined])
 
 
 def _cells(row: QuantityChange) -> list[str]:
-    """Return the cells of a change: red where it is to the worse, faint where there is none."""
+    """Return the cells of a row: red for a change for the worse, faint for no change."""
     tone = "bad" if row.is_worse else "" if row.changed else "faint"
     change = interval = ""
     if row.measured or row.changed:
         change, interval, _ = row.shown
-    values = ["" if stated is None else in_digits(stated, 4) for stated in (row.before, row.today)]
-    known = ("" if chance is None else f"{chance:.2f}" for chance in (row.p_unchanged, row.p_worse))
+    values = ["" if value is None else in_digits(value, 4) for value in (row.before, row.today)]
+    probabilities = ("" if p is None else f"{p:.2f}" for p in (row.p_unchanged, row.p_worse))
     unit = row.unit if row.measured else ""
-    return [row.words, unit, *values, Cell(change, tone), interval, *known]
+    return [row.words, unit, *values, Cell(change, tone), interval, *probabilities]

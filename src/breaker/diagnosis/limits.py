@@ -16,14 +16,14 @@ VERDICTS = ("pass", "inconclusive", "fail")
 """Verdicts on a limit, the worst last."""
 
 NORMAL = {90: 1.645, 95: 1.96}
-"""Half of a central interval of a normal number in sds, by its coverage in percent."""
+"""Half-width of a central interval of a normal variable, sds, by its coverage in percent."""
 
 Known = Measured | np.ndarray
-"""What is known of a quantity: a measurement, or posterior draws, ``(d,)``."""
+"""Knowledge of a quantity: a measurement, or posterior draws, ``(d,)``."""
 
 _ENDS = 0.025, 0.975  # ends of a 95 % interval
-# No maker's limit is 20 times off a usual value; a limit in m instead of mm, or s instead of ms, is
-# 1000 times off.
+# Ratio of bound and value from which a limit is in another unit: no maker's limit is 20 times off a
+# usual value, but a limit in m instead of mm, or s instead of ms, is 1000 times off.
 _OTHER_UNIT = 20.0
 _NEVER_SMALL = ("stroke", "speed", "closing_time", "opening_time", "travel_time")
 _NEVER_SMALL += ("touch_time", "separation_time")
@@ -50,7 +50,7 @@ def interval_of(known: Known) -> tuple[float, np.ndarray]:
 
 
 def known_of(estimate: Estimate, name: str) -> Known:
-    """Return posterior draws of what is inferred, else the measurement; a reason of no value."""
+    """Return the posterior draws or the measurement of a quantity, or the reason for no value."""
     if reason := estimate.why_not(name):
         return NOTHING._replace(reason=reason)
     return estimate.inferred(name) if estimate.is_inferred(name) else estimate.measured[name]
@@ -59,8 +59,8 @@ def known_of(estimate: Estimate, name: str) -> Known:
 def judge(
     limits: Iterable[Limit], find: Callable[[Limit, str], Known], *key: object
 ) -> list[Verdict]:
-    """Return a verdict for each limit, and one for both sides of a reference or range, by what
-    ``find`` knows of a quantity; ``key`` is of the measurement errors, the seed first.
+    """Return a verdict for each limit, and one for both sides of a reference or range. ``find``
+    returns the knowledge of a quantity; ``key`` seeds measurement errors, by the seed first.
     """
     groups: dict[str | int, list[Limit]] = {}
     for limit in limits:
@@ -69,7 +69,7 @@ def judge(
 
 
 def _verdict(sides: Sequence[Limit], find: Callable, key: Sequence) -> Verdict:
-    first = sides[0]  # both sides are of one quantity
+    first = sides[0]  # both sides limit the same quantity
     name = first.pair or first.name
     known = [find(first, quantity) for quantity in first.quantities]
     parts = [part for limit in sides for part in _parts(limit, known)]
@@ -84,9 +84,9 @@ def _verdict(sides: Sequence[Limit], find: Callable, key: Sequence) -> Verdict:
     if first.pair:
         bounds = {is_upper: bound for limit in sides for _, bound, is_upper in limit.parts}
         parts = [parts[0] | {"bounds": [bounds.get(False), bounds.get(True)]}]
-    about = {"name": name, "motion": first.motion, "words": " or ".join(e.words for e in sides)}
-    about |= {"p_exceeded": probability, "verdict": verdict, "reason": note_of(reasons[0])}
-    return about | {"parts": parts}
+    fields = {"name": name, "motion": first.motion, "words": " or ".join(e.words for e in sides)}
+    fields |= {"p_exceeded": probability, "verdict": verdict, "reason": note_of(reasons[0])}
+    return fields | {"parts": parts}
 
 
 def _parts(limit: Limit, known: Sequence[Known]) -> Iterator[dict[str, object]]:
@@ -99,17 +99,17 @@ def _parts(limit: Limit, known: Sequence[Known]) -> Iterator[dict[str, object]]:
 
 
 def _other_unit(limit: str, part: Mapping) -> str:
-    """Return a doubt on a bound that is far from its quantity, as one in another unit is."""
+    """Return a doubt about a bound that is so far from its value that its unit may be wrong."""
     (bound,), value = (abs(e) for e in part["bounds"] if e is not None), abs(part["value"])
     if not (bound and value > 0.0 and part["quantity"].endswith(_NEVER_SMALL)):
         return ""
     times = max(bound / value, value / bound)
-    about = {**part, "value": value, "bound": bound, "times": times}
-    return say("limit-in-other-unit", limit=limit, **about) if times > _OTHER_UNIT else ""
+    numbers = {**part, "value": value, "bound": bound, "times": times}
+    return say("limit-in-other-unit", limit=limit, **numbers) if times > _OTHER_UNIT else ""
 
 
 def _exceedance(limit: Limit, known: Sequence[Known], key: Sequence) -> float:
-    """Return the probability that a limit is exceeded by quantities that are known."""
+    """Return the probability that known quantities exceed a limit."""
     if limit.of == "record" and all(not up and bound <= 0.0 for _, bound, up in limit.parts):
         return 0.0  # no distance or time of a record is below 0
     drawn = [quantity.size for quantity in known if isinstance(quantity, np.ndarray)]
@@ -126,11 +126,11 @@ def _exceedance(limit: Limit, known: Sequence[Known], key: Sequence) -> float:
 
 
 def judged(estimate: Estimate, limits: Sequence[Limit], *, seed: int) -> list[Verdict]:
-    """Return verdicts on the limits of a record's motion; none of a rejected record.
+    """Return verdicts on the limits of a record's motion; none for a rejected record.
 
-    Parameters and the time of contact touch or separation are judged by their draws, all else as
-    measured, with normal errors. A limit ``of: record`` takes only what the record alone shows. A
-    limit ``of: change`` does not apply to a single record.
+    Parameters and the time of contact touch or separation are judged by their draws, others by
+    their measurement, with normal errors. A limit ``of: record`` uses only quantities that the
+    record alone shows. A limit ``of: change`` does not apply to a single record.
     """
     record = estimate.record
     if record.reason:
@@ -152,10 +152,10 @@ def judged(estimate: Estimate, limits: Sequence[Limit], *, seed: int) -> list[Ve
 
 
 def simultaneity_of(poles: Sequence[Mapping], limits: Mapping[str, float | None]) -> dict:
-    """Return how simultaneously poles switch, by their recorded contacts.
+    """Return the simultaneity of poles, by their recorded contacts.
 
-    Times count within one "record", or each from the "trigger" of its file: the "base". ``limits``
-    are the largest allowed times by motion, ms; None for any.
+    Times count within a common "record", or from the "trigger" of each file: the "base". ``limits``
+    are the largest allowed times by motion, ms; None allows any time.
     """
     motion = poles[0]["motion"]
     base = "record" if len({pole["file"] for pole in poles}) == 1 else "trigger"
@@ -169,15 +169,15 @@ def simultaneity_of(poles: Sequence[Mapping], limits: Mapping[str, float | None]
         if zero is None or "contact_time" not in fit:
             unknown.append(phase)
         else:
-            at = fit["first_motion"] + fit["contact_time"] - zero
-            times[phase] = at, fit.get("contact_sd", 0.0)
+            time = fit["first_motion"] + fit["contact_time"] - zero
+            times[phase] = time, fit.get("contact_sd", 0.0)
     if len(times) < 2:
-        about = {"event": EVENTS[motion], "poles": ", ".join(unknown)}
-        return simultaneity | {"reason": note_of(say(f"simultaneity-unknown-by-{base}", **about))}
+        words = {"event": EVENTS[motion], "poles": ", ".join(unknown)}
+        return simultaneity | {"reason": note_of(say(f"simultaneity-unknown-by-{base}", **words))}
     first, last = min(times, key=times.get), max(times, key=times.get)
     (early, sd), (late, other) = times[first], times[last]
-    apart = Measured(late - early, float(np.hypot(sd, other)), "")
-    simultaneity |= {"value": apart.value, "sd": apart.sd, "first": first, "last": last}
+    spread = Measured(late - early, float(np.hypot(sd, other)), "")
+    simultaneity |= {"value": spread.value, "sd": spread.sd, "first": first, "last": last}
     if limit is not None:
-        simultaneity["verdict"] = VERDICTS[int((interval_of(apart)[1] > limit).sum())]
+        simultaneity["verdict"] = VERDICTS[int((interval_of(spread)[1] > limit).sum())]
     return simultaneity

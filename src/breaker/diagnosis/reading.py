@@ -1,4 +1,4 @@
-"""The records of a drive, read and as networks take them, or why they cannot be used."""
+"""Read and normalise the records of a drive, or give the reason why they cannot be used."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
@@ -27,17 +27,17 @@ def read_operations(
 ) -> list[DriveRecord]:
     """Read the records of a drive, motion by motion; copies of a record are rejected.
 
-    A file of ``ANY`` has some of the ``motions``; motions of one kind are several operations.
+    A file of ``ANY`` has some of the ``motions``; several motions of a kind are as many operations.
     ``settings`` is the section ``endurance.format`` of the configuration.
     """
     reader, operations_listed = Reader(settings, files), []
     for key, listed in operations.items():
-        of = [key] if key else [*motions]
-        some: list[DriveRecord] = []
-        for operation, *raws in zip(listed, *reader.read_all(listed, *of), strict=True):
-            read = dict(zip(of, raws, strict=True))
-            some += _records_in(reader, operation, read, 0 if key else len(listed))
-        operations_listed += sorted(some, key=lambda record: MOTIONS.index(record.motion))
+        wanted = [key] if key else [*motions]
+        records: list[DriveRecord] = []
+        for operation, *raws in zip(listed, *reader.read_all(listed, *wanted), strict=True):
+            read = dict(zip(wanted, raws, strict=True))
+            records += _records_in(reader, operation, read, 0 if key else len(listed))
+        operations_listed += sorted(records, key=lambda record: MOTIONS.index(record.motion))
     return without_copies(operations_listed)
 
 
@@ -46,18 +46,18 @@ def _records_in(
 ) -> list[DriveRecord]:
     """Return the records of the motions that a file has, or one with the reason if it has none.
 
-    The later motions of one kind have numbers by ``beyond`` higher; with 0 there may be only one.
+    Each later motion of a kind has a number higher by ``beyond``; with 0, a kind has one motion.
     """
     cause = {motion: getattr(raw, "__cause__", None) for motion, raw in raws.items()}
-    there = [motion for motion in raws if not isinstance(cause[motion], OtherMotionError)]
+    present = [motion for motion in raws if not isinstance(cause[motion], OtherMotionError)]
     records: dict[object, DriveRecord] = {}
-    for motion in there or [*raws][:1]:
+    for motion in present or [*raws][:1]:
         parts = separate_motions(operation, raws[motion]) if beyond and cause[motion] else []
         parts = [replace(e, number=e.number + k * beyond) for k, e in enumerate(parts)]
-        (again,) = reader.read_all(parts, motion)
-        for part, raw in zip(parts or [operation], again or [raws[motion]], strict=True):
+        (reread,) = reader.read_all(parts, motion)
+        for part, raw in zip(parts or [operation], reread or [raws[motion]], strict=True):
             record = _record(reader, part, motion, raw)
-            key = record.reason or (motion, part.number)  # a reason of both motions counts once
+            key = record.reason or (motion, part.number)  # a reason for both motions counts once
             records.setdefault(key, record)
     return [*records.values()]
 
@@ -65,7 +65,7 @@ def _records_in(
 def _record(
     reader: Reader, operation: Operation, motion: str, raw: Record | Exception
 ) -> DriveRecord:
-    """Return a record as networks take it, or why it cannot be used."""
+    """Return a normalised record, or the reason why it cannot be used."""
     stated = reader.header(operation)
     if not isinstance(raw, Record):
         return DriveRecord(reader.with_stated(operation, motion), motion, stated, str(raw))

@@ -39,7 +39,7 @@ def report_of(diagnosis: Diagnosis) -> Report:
     """
     records, result, changes = diagnosis.records, diagnosis.result, diagnosis.changes
     compared = [change for change in changes.values() if not isinstance(change, str)]
-    doubts = [text for text_of in compared for text in text_of.warnings]
+    doubts = [text for change in compared for text in change.warnings]
     collected = document_of(result, changes=change_tables(changes), doubts=doubts)
     by_record = dict(zip(map(id, result["records"]), diagnosis.estimates, strict=True))
     panels = [
@@ -47,16 +47,16 @@ def report_of(diagnosis: Diagnosis) -> Report:
         for group in shown_of(result)
     ]
     plate = [*nameplate(records, diagnosis.before), *diagnosis.given.words.items()]
-    known = quantities(diagnosis.speeds_of(records)).keys() - {*NAMES}  # which have symbols
+    known = quantities(diagnosis.speeds_of(records)).keys() - {*NAMES}  # parameters have symbols
     names = {name: in_words(name) for name in known}
-    about = {"title": "Test report", "plate": plate, "names": names, "panels": panels}
+    parts = {"title": "Test report", "plate": plate, "names": names, "panels": panels}
     settings = diagnosis.config["report"]
-    about |= {"letterhead": letterhead_of(settings), "colours": settings["colours"]}
-    return Report(**vars(collected) | about)
+    parts |= {"letterhead": letterhead_of(settings), "colours": settings["colours"]}
+    return Report(**vars(collected) | parts)
 
 
 def letterhead_of(settings: Mapping) -> Letterhead:
-    """Return what the section ``report`` puts around the report; ValueError of a wrong logo."""
+    """Return the letterhead from the section ``report``; raise a ValueError for a wrong logo."""
     logo = b""
     if file := settings["logo"]:
         logo = read_bytes(file)

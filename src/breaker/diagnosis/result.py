@@ -1,7 +1,7 @@
 """The result of a diagnosis as data: its records, what they share, and the verdict.
 
-A result is a document as JSON has it; docs/reference/files.md lists its keys. ``tables`` and
-``report`` render it. A number that is not known is None, or its key is not there.
+A result has the layout of the JSON; docs/reference/files.md lists its keys. ``tables`` and
+``report`` render it. An unknown number is None, or its key is absent.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -32,10 +32,10 @@ Value = Mapping[str, object]
 """A parameter, an additional effect or a quantity, such as its "median" and "interval_95"."""
 
 RecordResult = Mapping[str, object]
-"""What is known of a record, or the "reason" why it was rejected."""
+"""Values estimated and measured from a record, or the "reason" why it was rejected."""
 
 Result = Mapping[str, object]
-"""Records, and what they share."""
+"""Records, with their common warnings, settings and verdict."""
 
 
 def result_of(diagnosis: "Diagnosis") -> Result:
@@ -46,7 +46,7 @@ def result_of(diagnosis: "Diagnosis") -> Result:
     both = zip(diagnosis.estimates, diagnosis.judge(diagnosis.estimates), strict=True)
     records = [_record(estimate, verdicts, given) for estimate, verdicts in both]
     result = {
-        "warnings": [*map(note_of, [*doubts_about(read), *no_drive[:1]])],  # all are remarks
+        "warnings": [*map(note_of, [*doubts_about(read), *no_drive[:1]])],  # remarks list all
         "remarks": [],
         "settings": diagnosis.settings._asdict()
         | {"known": given.known, "size": given.size and vars(given.size)},
@@ -86,13 +86,13 @@ def operations_of(records: Sequence[RecordResult]) -> list[list[RecordResult]]:
 
 def _record(estimate: Estimate, verdicts: Sequence[Mapping], given: Given) -> RecordResult:
     record, operation = estimate.record, estimate.record.operation
-    about = {name: getattr(operation, name) for name in ABOUT}
-    about |= {"from": operation.begin, "to": operation.end}
+    stated = {name: getattr(operation, name) for name in ABOUT}
+    stated |= {"from": operation.begin, "to": operation.end}
     entry = {
         "file": printable(operation.file),
         "operation": operation.number,
         "motion": record.motion,
-        **{name: v for name, v in about.items() if v == v and v not in ("", None)},
+        **{name: v for name, v in stated.items() if v == v and v not in ("", None)},
         "accepted": not record.reason,
         "reason": note_of(record.reason),
         "remarks": [*map(note_of, estimate.remarks)],
@@ -109,7 +109,8 @@ def _fit(estimate: Estimate) -> dict[str, object]:
     raw, match, reason = estimate.record.raw, estimate.match, estimate.unresolved
     family = estimate.levels.settings["family"] if estimate.levels else None
     if estimate.misfit:
-        parts = [f"{name} {in_digits(of, 2)} times" for name, of in match.parts.items() if of > 1.0]
+        far = {name: times for name, times in match.parts.items() if times > 1.0}
+        parts = [f"{name} {in_digits(times, 2)} times" for name, times in far.items()]
         code = "no-parameters-in-parts" if parts else "no-parameters"
         reason = say(code, family=family, p=in_p(match.p_value), parts=", ".join(parts))
     contact = {
@@ -159,7 +160,7 @@ def _parameters(estimate: Estimate, given: Given) -> dict[str, Value]:
 
 
 def _effects(estimate: Estimate) -> dict[str, Value]:
-    """Return the additional effects of the family: their probability and size."""
+    """Return probability and size of the additional effects of the family."""
     values = {}
     for name, draws in (estimate.draws.effects if estimate.draws else {}).items():
         about = {"unit": "ms" if name == "build_up" else "1", "meaning": EFFECTS[name]}
@@ -168,7 +169,7 @@ def _effects(estimate: Estimate) -> dict[str, Value]:
 
 
 def _quantities(estimate: Estimate) -> dict[str, Value]:
-    """Return the quantities of the motion, as far as the record may show them at all."""
+    """Return the quantities of the motion that the channels of the record can show."""
     values, record = {}, estimate.record
     for name, values_of in quantities_of(record.motion, estimate.speeds, of=None).items():
         known = known_of(estimate, name)
@@ -190,8 +191,8 @@ _KINDS = {"parameters": "parameter", "effects": "effect", "quantities": "quantit
 
 
 def csv_of(result: Result) -> str:
-    """Return the records of a result as CSV: a row for each parameter, effect and quantity, or one
-    row of a rejected record, with what is known of the record.
+    """Return the records of a result as CSV: a row for each parameter, effect and quantity, with
+    the values of its record, and one row for a rejected record.
     """
     rows = [row for record in result["records"] for row in _rows(record)]
     return table_text([*dict.fromkeys(name for row in rows for name in row)], rows)

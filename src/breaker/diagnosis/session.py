@@ -1,7 +1,7 @@
 """The diagnosis of one drive: from its files to estimates, verdicts, changes and a report.
 
-Commands, the page, lives and fleets all ask a ``Diagnosis``. It goes from settings to records,
-estimates, verdicts on limits, and changes since the inspection before; ``report`` renders these.
+Commands, the page, lives and fleets all use a ``Diagnosis``. It reads records by its settings, and
+returns estimates, verdicts on limits, and changes since the earlier inspection.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -35,17 +35,17 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class Diagnosis:
-    """The configuration and the records of one drive, and all that is computed of them.
+    """The configuration and the records of one drive, and all that is computed from them.
 
     Attributes:
         config: The configuration.
-        limits: Entries of the section ``limits`` on which to judge.
+        limits: Entries of the section ``limits`` by which to judge.
         given: Size, prior and known values.
-        families: Opens the state networks, in the order in which families are tried.
-        types, type: Entries of types of breaker, and the type whose entry is laid over the rest.
+        families: Function that opens the state networks, in the order in which they are tried.
+        types, type: Entries of types of breaker, and the type whose entry overrides the rest.
         reference: File of a good record of the type.
-        records, before: Records of the inspection, and of the one before.
-        overlays: Records over a good one.
+        records, before: Records of the inspection, and of the earlier one.
+        overlays: Records compared with a good record.
         same_transducer: Whether both inspections have the same transducer and ratio.
     """
 
@@ -64,27 +64,27 @@ class Diagnosis:
     @property
     def settings(self) -> EstimateSettings:
         """Settings of estimates."""
-        some = self.config["endurance"]
-        return EstimateSettings(some["draws"], some["misfit_p_value"], self.config["seed"])
+        section = self.config["endurance"]
+        return EstimateSettings(section["draws"], section["misfit_p_value"], self.config["seed"])
 
     def of_type(self, name: str) -> "Diagnosis":
-        """Return the diagnosis of a type: its entry is laid over configuration and limits.
+        """Return the diagnosis of a type: its entry overrides configuration and limits.
 
         Raises:
             ConfigurationError: If there is no entry of the type.
         """
         entry = entry_of_type(self.types, name)
         config = laid_over({**self.config, "limits": self.limits}, entry)
-        about = {"limits": config["limits"], "reference": entry.get("reference") or ""}
-        return replace(self, config=config, type=name, **about)
+        fields = {"limits": config["limits"], "reference": entry.get("reference") or ""}
+        return replace(self, config=config, type=name, **fields)
 
     def of_files(
         self, named: Sequence[str], choice: Choice, files: Files | None = None, of_type: str = ""
     ) -> "Diagnosis":
         """Return the diagnosis of the drive in files and folders, with its records.
 
-        Where there are types, the entry of its type counts: of ``of_type``, or else of the type
-        that the table or the files state.
+        If there are types, the entry of ``of_type`` counts, or else of the type that the table or
+        the files state.
 
         Raises:
             FileNotFoundError, ValueError: As of ``list_named`` and ``of_type``.
@@ -96,8 +96,8 @@ class Diagnosis:
             types = stated_types(listed, settings["format"], files)
         if len(types) > 1:
             raise ValueError(say("several-types", types=", ".join(types)))
-        of_types = self.of_type(*types) if types else self
-        return replace(of_types, records=of_types.read(listed, choice.motions, files))
+        diagnosis = self.of_type(*types) if types else self
+        return replace(diagnosis, records=diagnosis.read(listed, choice.motions, files))
 
     def read(
         self, operations: Operations, motions: Sequence[str] = MOTIONS, files: Files | None = None
@@ -107,9 +107,9 @@ class Diagnosis:
         return read_operations(operations, form, motions=motions, files=files)
 
     def speeds_of(self, records: Iterable[DriveRecord]) -> tuple[Speed, ...]:
-        """Return the speeds of a drive: those that any record shows (``OF_STROKE``), and between
-        points of the configuration, or else those that its files state, or else over a distance
-        that goes with its stroke. A drive without a usable record has none.
+        """Return the definitions of speeds of a drive: those for any record (``OF_STROKE``), and
+        speeds between points of the configuration, or else of its files, or else over a distance
+        that depends on its stroke. Return none for a drive without a usable record.
         """
         usable = [record for record in records if not record.reason]
         if not usable:
@@ -117,9 +117,9 @@ class Diagnosis:
         points = {**OF_STROKE, **self.config["speeds"]}
         stated = [record.stated.speeds for record in usable]
         for motion in MOTIONS:
-            own = {tuple(speeds[motion].points) for speeds in stated if motion in speeds}
-            if len(own) == 1 and points.get(f"{motion}_speed") is None:
-                points[f"{motion}_speed"] = own.pop()
+            of_files = {tuple(speeds[motion].points) for speeds in stated if motion in speeds}
+            if len(of_files) == 1 and points.get(f"{motion}_speed") is None:
+                points[f"{motion}_speed"] = of_files.pop()
         return speeds_at(points, float(np.median([record.shape.stroke for record in usable])))
 
     @cached_property
@@ -151,8 +151,8 @@ class Diagnosis:
 
     @cached_property
     def changes(self) -> "dict[str, InspectionChange | str]":
-        """Comparisons with the inspection before, by phase or channel; limits are not judged. A
-        text says why a phase cannot be compared.
+        """Comparisons with the earlier inspection, by phase or channel, without limits. A phase
+        that cannot be compared has a text with the reason.
         """
         from breaker.diagnosis.inspection_change import compare_inspections
 
@@ -174,10 +174,10 @@ class Diagnosis:
 
 
 def given_by(config: Mapping) -> Given:
-    """Return what a configuration gives apart from records.
+    """Return the size, prior and known values of a configuration.
 
     Raises:
-        ValueError: If a known value is of nothing that is inferred.
+        ValueError: If the quantity of a known value is not inferred.
     """
     values, usual = config["known"], defaults()
     if wrong := [name for name in values if name not in KNOWN_VALUES]:

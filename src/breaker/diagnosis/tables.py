@@ -14,12 +14,12 @@ from breaker.diagnosis.words import say
 from breaker.model.parameters import PARAMETERS
 from breaker.model.quantities import EVENTS, INFERRED, OF_STROKE, in_words
 
-_PRIOR = 0.8  # share of the prior's variance: above it, 90 % of an interval's width are the prior's
-_PRESENT = 0.9  # probability from which on an effect is listed: one in ten may be absent
+_PRIOR = 0.8  # share of the prior variance, at which an interval is 90 % as wide as the prior's
+_PRESENT = 0.9  # probability from which an effect is listed: at most one in ten is absent
 _NO_STATE = ("outside-family", "few-draws", "no-model")  # reasons that the table of the state gives
-_MOST = 8  # labels of a sentence; JSON has all of them
-_NAMED = 4  # limits in the line of the verdict; the table has all of them
-_SHOWN = 3  # operations of a motion that have a table and curves; JSON and CSV have all of them
+_MOST = 8  # labels in a sentence; JSON lists all
+_NAMED = 4  # limits in the line of the verdict; the table lists all
+_SHOWN = 3  # operations of a motion that have a table and curves; JSON and CSV list all
 
 RESULTS = {
     "fail": Cell("FAIL", "bad"),
@@ -32,7 +32,7 @@ _NONE = Cell("–", "faint")  # cell without a value
 
 
 def concerned(text: str, where: Iterable[str], everyone: Collection[str]) -> str:
-    """Return a text with what it concerns, unless that is everyone."""
+    """Return a text with the names that it concerns, unless it concerns all."""
     names = [*filter(None, dict.fromkeys(where))]
     return f"{text} ({first_of(names, _MOST)})" if 0 < len(names) < len(everyone) else text
 
@@ -42,12 +42,12 @@ def grouped(notes: Iterable[tuple[str, Note]], everyone: Collection[str]) -> lis
     groups: dict[str, list[tuple[str, str]]] = {}
     for label, note in notes:
         kind = note.code or re.sub(r"[\d.]+", "", note.text)
-        key = kind if label else note.text  # without a label only equal sentences are one
+        key = kind if label else note.text  # without labels only equal sentences are merged
         text = note.text + f" [{note.code}]" * bool(note.code)
         groups.setdefault(key, []).append((label, text))
     lines = []
-    for some in groups.values():
-        labels, texts = zip(*some, strict=True)
+    for group in groups.values():
+        labels, texts = zip(*group, strict=True)
         if len({*texts}) > 1:
             others = first_of([*dict.fromkeys(labels[1:])], _MOST)
             lines.append(f"{texts[0]} (similar for {others})")
@@ -66,7 +66,7 @@ def verdict_of(result: Result) -> Cell:
             if limit["verdict"] == verdict:
                 key = record["motion"], limit["name"], limit["words"]
                 groups.setdefault(key, []).append((record.get("phase", ""), limit))
-    texts = [_limit_in_words(motion, some) for (motion, *_), some in groups.items()]
+    texts = [_limit_in_words(motion, group) for (motion, *_), group in groups.items()]
     poles = [e for e in result["simultaneity"] if "limit" in e]
     judged = [e for e in poles if e.get("verdict", "inconclusive") == verdict]
     texts += map(simultaneity_in_words, judged)
@@ -78,16 +78,16 @@ def verdict_of(result: Result) -> Cell:
     return Cell(f"{RESULTS[verdict]}: {words}", RESULTS[verdict].tone)
 
 
-def _limit_in_words(motion: str, some: Sequence[tuple[str, Verdict]]) -> str:
+def _limit_in_words(motion: str, poles: Sequence[tuple[str, Verdict]]) -> str:
     """Return a limit with values and bounds, as "closing stroke R 176, Y 178 mm (180 to 184)".
 
     Args:
         motion: Motion of the limit.
-        some: Phase and verdict of each pole.
+        poles: Phase and verdict of each pole.
     """
-    texts, (_, first) = [], some[0]
+    texts, (_, first) = [], poles[0]
     for k, part in enumerate(first["parts"]):
-        known = [(phase, limit["parts"][k]["value"]) for phase, limit in some]
+        known = [(phase, limit["parts"][k]["value"]) for phase, limit in poles]
         values = [f"{phase} {in_digits(v, 4)}".strip() for phase, v in known if v is not None]
         words = [in_words(part["quantity"]), first_of(values, _MOST), _unit(part["unit"])]
         if not values:
@@ -96,12 +96,12 @@ def _limit_in_words(motion: str, some: Sequence[tuple[str, Verdict]]) -> str:
         texts.append(" ".join(filter(None, words)))
     words = " and ".join(texts)
     named = in_words(first["parts"][0]["quantity"]) not in in_words(first["name"])
-    about = f"{first['name']}:" * named, motion * (motion not in words), words
-    return " ".join(filter(None, about))
+    words_of = f"{first['name']}:" * named, motion * (motion not in words), words
+    return " ".join(filter(None, words_of))
 
 
 def bounds_in_words(bounds: Sequence[float | None]) -> str:
-    """Return two bounds, of which one may be None, in words.
+    """Return two bounds in words; one of them may be None.
 
     >>> bounds_in_words((170.0, 184.0)), bounds_in_words((None, 184.0))
     ('170 to 184', 'at most 184')
@@ -127,8 +127,8 @@ def measured_table(title: str, records: Sequence[RecordResult]) -> Table:
 
 
 def half_of(values: Iterable[Value]) -> str:
-    """Return the largest distance from a value to the upper end of its 95 % interval; the lower one
-    may end at zero. Empty if no value has an interval.
+    """Return the largest distance from a value to the upper end of its 95 % interval, as the lower
+    end may be cut at zero. Return "" if no value has an interval.
     """
     halves = [e["interval_95"][1] - e["median"] for e in values if "interval_95" in e]
     return in_digits(max(halves), 2) if halves else ""
@@ -139,7 +139,7 @@ def _measured(record: RecordResult) -> dict[str, Value]:
 
 
 def value_cell(value: Value) -> str:
-    """Return a value, with a star at an estimated contact."""
+    """Return the cell of a value, with a star if it is measured at an estimated contact."""
     if "interval_95" not in value:
         return _NONE
     return in_digits(value["median"], 4) + "*" * (value["source"] == "mixed")
@@ -150,7 +150,7 @@ def _range(ends: Sequence[float], digits: int = 4) -> str:
 
 
 def _notes(records: Sequence[RecordResult]) -> list[str]:
-    """Return zones of speeds, the meaning of the star, and why values are missing."""
+    """Return notes on zones of speeds, the star, and reasons of missing values."""
     zones, stars, doubts = {}, [], []
     for record in records:
         phase, missing = record.get("phase", ""), {}
@@ -170,33 +170,33 @@ def _notes(records: Sequence[RecordResult]) -> list[str]:
 
 
 def limits_table(limits: Iterable[tuple[str, Verdict]]) -> Table:
-    """Return a row for each quantity of each limit, from verdicts with their phase: the worst one
-    with its poles or their number, the median of their values, and all their intervals in one.
+    """Return a row for each quantity of each limit, from pairs of phase and verdict: the worst
+    verdict with its poles or their number, the median of their values and their common interval.
     """
     groups: dict[tuple, list[tuple[str, Verdict]]] = {}
     for phase, limit in limits:
         key = limit["name"], limit["motion"], limit["words"]
         groups.setdefault(key, []).append((phase, limit))
-    phases = {phase for some in groups.values() for phase, _ in some}
+    phases = {phase for group in groups.values() for phase, _ in group}
     rows, notes, doubts = [], [], []
-    for (name, _, words), some in groups.items():
-        verdict = worst(limit["verdict"] for _, limit in some)
-        deciding = [pair for pair in some if pair[1]["verdict"] == verdict]
+    for (name, _, words), group in groups.items():
+        verdict = worst(limit["verdict"] for _, limit in group)
+        deciding = [pair for pair in group if pair[1]["verdict"] == verdict]
         text = concerned(RESULTS[verdict], [phase for phase, _ in deciding], phases)
-        if len(some) > len(phases):
-            text = f"{RESULTS[verdict]} {len(deciding)} of {len(some)}"
+        if len(group) > len(phases):
+            text = f"{RESULTS[verdict]} {len(deciding)} of {len(group)}"
         for parts in zip(*(limit["parts"] for _, limit in deciding), strict=True):
             known = [part for part in parts if part["value"] is not None]
             ends = [end for part in known for end in part["interval_95"]]
             value = in_digits(np.median([part["value"] for part in known]), 4) if known else _NONE
             pairs = zip(("from", "up to"), parts[0]["bounds"], strict=True)
-            bounds = (f"{word} {in_digits(at, 4)}" for word, at in pairs if at is not None)
+            bounds = (f"{word} {in_digits(bound, 4)}" for word, bound in pairs if bound is not None)
             passes = " ".join([parts[0]["quantity"], *bounds])
-            about = value, _range([min(ends), max(ends)]) if ends else "", passes
-            rows.append((name, Cell(text, RESULTS[verdict].tone), *about, _unit(parts[0]["unit"])))
-        reasons = [(phase, limit["reason"]) for phase, limit in some if limit["reason"]]
+            cells = value, _range([min(ends), max(ends)]) if ends else "", passes
+            rows.append((name, Cell(text, RESULTS[verdict].tone), *cells, _unit(parts[0]["unit"])))
+        reasons = [(phase, limit["reason"]) for phase, limit in group if limit["reason"]]
         doubts += [(phase, Note("", f"{name} is inconclusive: {why}")) for phase, why in reasons]
-        notes += [f"{name} fails where {words}"] * (len(some[0][1]["parts"]) > 1)
+        notes += [f"{name} fails where {words}"] * (len(group[0][1]["parts"]) > 1)
     head = ("limit", "verdict", "value", "95 % interval", "passes", "unit")
     return Table(head, rows, "Limits", notes + grouped(doubts, phases))
 
@@ -206,7 +206,7 @@ def _unit(unit: str) -> str:
 
 
 def simultaneity_in_words(poles: Mapping) -> Cell:
-    """Return how simultaneously poles switch, and whether they may."""
+    """Return the simultaneity of poles in words, with its verdict."""
     if "reason" in poles:
         return Cell(poles["reason"].text, "doubt")
     half, event = NORMAL[95] * poles["sd"], EVENTS[poles["motion"]]
@@ -221,11 +221,11 @@ def simultaneity_in_words(poles: Mapping) -> Cell:
 
 
 def state_table(result: Result) -> Table:
-    """Return the parameters that records determine; sentences on those that they do not."""
+    """Return the table of parameters that the records determine, with notes on the others."""
     records = accepted(result)
     resolved = [record for record in records if record["fit"]["resolved"]]
     several = len({tuple(record["fit"]["motions"]) for record in resolved}) > 1
-    states: dict[str, RecordResult] = {}  # the first of each pole and of the motions that it is of
+    states: dict[str, RecordResult] = {}  # first record of each pole and set of motions
     for record in resolved:
         motions = " + ".join(record["fit"]["motions"]) if several else ""
         states.setdefault(f"{record.get('phase', '')} {motions}".strip(), record)
@@ -253,8 +253,8 @@ def _state_notes(states: Mapping[str, RecordResult], determined: Collection[str]
         present = {n: e for n, e in state["effects"].items() if e["probability"] >= _PRESENT}
         pairs = ((name.replace("_", " "), effect) for name, effect in present.items())
         texts = [f"{n} {in_digits(e['median'], 2)} {_unit(e['unit'])}".rstrip() for n, e in pairs]
-        said = say("effects", effects=", ".join(texts))
-        notes += [f"{label}: {said}" if label else said] if texts else []
+        sentence = say("effects", effects=", ".join(texts))
+        notes += [f"{label}: {sentence}" if label else sentence] if texts else []
     values = [value for state in states.values() for value in state["parameters"].values()]
     notes += [say("percentile")] if any("percentile" in value for value in values) else []
     names = (f"{parameter.word} {parameter.name}" for parameter in PARAMETERS)
@@ -263,7 +263,7 @@ def _state_notes(states: Mapping[str, RecordResult], determined: Collection[str]
 
 
 def _state_cell(value: Value) -> str:
-    """Return a value that records determine."""
+    """Return the cell of a parameter; without a value if the records do not determine it."""
     if value["median"] is None or value.get("prior_share", 0.0) >= _PRIOR:
         return _NONE
     text = f"{in_digits(value['median'], 3)} ({_range(value['interval_95'], 3)})"
@@ -282,7 +282,7 @@ def _label(record: RecordResult, records: Sequence[RecordResult]) -> str:
 
 
 def remarks_table(result: Result, more: Iterable[str] = ()) -> Table:
-    """Return remarks on records, with what they concern, and others."""
+    """Return remarks on records, with the labels of these, and further remarks."""
     records = accepted(result)
     labels = [_label(record, records) for record in records]
     pairs = zip(labels, records, strict=True)
@@ -292,7 +292,7 @@ def remarks_table(result: Result, more: Iterable[str] = ()) -> Table:
 
 
 def rejected_table(result: Result) -> Table:
-    """Return why records were rejected, by reason."""
+    """Return the rejected files, grouped by reason."""
     reasons: dict[str, dict[str, None]] = {}
     for record in result["records"]:
         if not record["accepted"]:
@@ -311,21 +311,21 @@ def document_of(
     changes: Iterable[Table] = (),
     doubts: Iterable[str] = (),
 ) -> Document:
-    """Return the document of a result, with tables of changes since the inspection before and
+    """Return the document of a result, with tables of changes since the earlier inspection and
     warnings about them.
     """
     poles = [simultaneity_in_words(pair) for pair in result["simultaneity"]]
     shown, every = shown_of(result), operations_of(result["records"])
     more = len(every) - len(shown)
-    said = [say("more-operations", count=more, shown=_SHOWN)] if more else []
+    remarks = [say("more-operations", count=more, shown=_SHOWN)] if more else []
     parts = [measured_table(title_of(group), group) for group in shown]
     records = result["records"]
     limits = [(e.get("phase", ""), limit) for e in records for limit in e.get("limits", ())]
     parts += [limits_table(limits), Table(title="Simultaneity of poles", notes=poles)]
-    after = [*changes, remarks_table(result, said), rejected_table(result), state_table(result)]
+    after = [*changes, remarks_table(result, remarks), rejected_table(result), state_table(result)]
     warnings = [*grouped((("", note) for note in result["warnings"]), ()), *doubts]
     summary = [Cell(f"WARNING: {text}", "bad") for text in dict.fromkeys(warnings)]
-    parts, after = ([e for e in some if e.rows or e.notes] for some in (parts, after))
+    parts, after = ([e for e in tables if e.rows or e.notes] for tables in (parts, after))
     summary.append(verdict_of(result))
     return Document("Diagnosis", summary=summary, parts=parts, after=after)
 
@@ -339,7 +339,7 @@ def shown_of(result: Result) -> list[list[RecordResult]]:
 
 
 def title_of(group: Sequence[RecordResult]) -> str:
-    """Return the motion, its time in a file of several, its operation and file."""
+    """Return a title: the motion, its time if the file has several, its operation and file."""
     record, files = group[0], dict.fromkeys(row["file"].rpartition("/")[2] for row in group)
     title = record["motion"]
     if {"from", "to"} & record.keys():

@@ -1,9 +1,9 @@
 """The prior of a type of breaker, learned from records of some of its drives.
 
-Drives of one type share levers and dampers, and so the error of what networks infer from them. More
+Drives of one type share levers and dampers, so networks make a common error for all of them. More
 drives do not reduce this error, and the posterior of a drive is far wider than the spread of its
-type. Therefore the means of their draws (logarithms) are compared, whose own error shows from
-operation to operation. Medians over drives resist a few that deviate.
+type. The spread is therefore estimated from means of the logarithms of draws, and the error of
+these means from repeated operations. Medians over drives are robust against a few that deviate.
 """
 
 import os
@@ -35,20 +35,20 @@ from breaker.records.operations import MANIFEST, Operation
 from breaker.shipped import HELD_BACK
 
 _LEAST_SPREAD = 0.1  # expected spread of a type, in log-sds of the prior of all drives
-_KNOWN = 4.0  # drives or operations that an expected variance counts for
+_KNOWN = 4.0  # weight of an expected variance, in drives or operations
 _SHARED = 0.6  # share of the posterior's variance that all drives of a type have in common
-_MOST = 20  # records of one breaker and motion: more reduce no error that they share
-_LEFT_OUT = 0.02  # mm at size 1: what no model describes in records of little noise
+_MOST = 20  # records of a breaker and motion that are used: more do not reduce their common error
+_LEFT_OUT = 0.02  # mm at size 1: errors of the model, which records of little noise show
 
 
 class DrawnType(NamedTuple):
     """A type of breaker, learned from posterior draws of its drives.
 
     Attributes:
-        theta: Draws of each drive, as many as of one operation, ``(n, d, p)``.
+        theta: Draws of each drive, as many as for one operation, ``(n, d, p)``.
         medians: Medians of the drives, ``(p,)``.
-        log_sds: Log-sds of a further drive, ``(p,)``: the spread of the drives, and the doubt of
-            the medians, of which few drives inform, with an error that they share.
+        log_sds: Log-sds of a further drive, ``(p,)``: spread of the drives, error of the medians
+            of few drives, and error that all drives share.
     """
 
     theta: np.ndarray
@@ -59,7 +59,7 @@ class DrawnType(NamedTuple):
     def of(cls, drives: Iterable[Sequence[np.ndarray]], usual: np.ndarray) -> Self:
         """Learn a type from the draws ``(d, p)`` of one or more operations of each drive.
 
-        One drive takes the spread of drives of any type, whose log-sds at one size are ``usual``.
+        The spread of a single drive is that of drives of any type: log-sds at one size, ``usual``.
         """
         means, theta = [], []
         for operations in drives:
@@ -71,9 +71,9 @@ class DrawnType(NamedTuple):
         known = (1.0 - _SHARED) * posterior
         error = shrunk_variance(squares, (count - 1).sum(), known, _KNOWN) * (1.0 / count).mean()
         median = np.median(x, axis=0)
-        wide = np.square(1.4826 * np.median(np.abs(x - median), axis=0))  # of normal numbers
-        own = n * np.maximum(wide - error, 0.0)
-        variance = shrunk_variance(own, n, np.square(_LEAST_SPREAD * usual), _KNOWN)
+        wide = np.square(1.4826 * np.median(np.abs(x - median), axis=0))  # robust variance
+        between = n * np.maximum(wide - error, 0.0)
+        variance = shrunk_variance(between, n, np.square(_LEAST_SPREAD * usual), _KNOWN)
         doubt = (variance + error) / n + _SHARED * posterior
         spread = variance if n > 1 else np.square(usual)
         return cls(np.array(theta), np.exp(median), np.sqrt(spread + doubt))
@@ -84,7 +84,7 @@ def list_type(
 ) -> dict[str, list[Operation]]:
     """List operations of the breakers in folders by motion, at most 20 of a breaker and motion.
 
-    A breaker is one of the column ``breaker`` of a folder's table, or else a folder.
+    The column ``breaker`` of a folder's table names the breakers; otherwise a folder is a breaker.
 
     Args:
         folders: Folders with a table, or with a subfolder for each motion.
@@ -92,21 +92,21 @@ def list_type(
 
     Raises:
         FileNotFoundError: If a folder has no operation of the motions.
-        ValueError: If a table is wrong, has several types to choose from, or none of this name.
+        ValueError: If a table is wrong, or has several types to choose from, or not this type.
     """
     rows: list[tuple[str, Operation]] = []
     for folder in folders:
         name = printable(os.path.normpath(folder))
         last = max((row.number for _, row in rows), default=0)  # numbers may repeat in each folder
         if os.path.lexists(Path(folder, MANIFEST)):
-            own = [row for some in list_fleet(folder).values() for row in some if row[0] in motions]
-        else:  # a breaker may have records of one motion alone
-            there = [motion for motion in motions if Path(folder, motion).is_dir()]
-            own = [(motion, e) for motion in there for e in list_operations(folder, motion)]
-        if not own:
+            new = [row for part in list_fleet(folder).values() for row in part if row[0] in motions]
+        else:  # a breaker may have records of only one motion
+            present = [motion for motion in motions if Path(folder, motion).is_dir()]
+            new = [(motion, e) for motion in present for e in list_operations(folder, motion)]
+        if not new:
             about = {"folder": name, "motions": " or ".join(motions)}
             raise FileNotFoundError(say("type-no-operation", **about))
-        for motion, row in own:
+        for motion, row in new:
             number, breaker = last + row.number, row.breaker or name
             rows.append((motion, replace(row, number=number, breaker=breaker)))
     types = {row.type for _, row in rows}
@@ -118,8 +118,8 @@ def list_type(
     for motion, row in sorted(chosen, key=lambda pair: (pair[1].phase, pair[1].number)):
         by_breaker.setdefault((motion, row.breaker), []).append(row)
     listed: dict[str, list[Operation]] = {motion: [] for motion in motions}
-    for (motion, _), every in by_breaker.items():
-        listed[motion] += every[:: -(-len(every) // _MOST)]
+    for (motion, _), of_breaker in by_breaker.items():
+        listed[motion] += of_breaker[:: -(-len(of_breaker) // _MOST)]
     return listed
 
 
@@ -130,7 +130,7 @@ class TypePrior:
     Attributes:
         levels: State network of the family of all records.
         estimates: Estimates of the usable records, by breaker.
-        rejected: Reason why a record is not usable, for each of these.
+        rejected: Reasons of the unusable records, one for each.
         names, drawn: Breakers with a posterior, and the type that was learned from them.
     """
 
@@ -143,9 +143,9 @@ class TypePrior:
     @cached_property
     def records(self) -> dict[str, list[DriveRecord]]:
         """Usable records of all breakers, by motion."""
-        every = [e.record for estimates in self.estimates.values() for e in estimates]
-        by_motion = {motion: [r for r in every if r.motion == motion] for motion in MOTIONS}
-        return {motion: some for motion, some in by_motion.items() if some}
+        usable = [e.record for estimates in self.estimates.values() for e in estimates]
+        by_motion = {motion: [r for r in usable if r.motion == motion] for motion in MOTIONS}
+        return {motion: records for motion, records in by_motion.items() if records}
 
     @cached_property
     def size(self) -> Size:
@@ -161,7 +161,7 @@ class TypePrior:
 
     @cached_property
     def prior(self) -> Prior:
-        """Prior of the type, with room for wear: changes that are spread evenly."""
+        """Prior of the type, widened by uniformly distributed wear."""
         change = family_of(HELD_BACK)["wear"]["change"]
         ends = np.log1p([change.get(name, (0.0, 0.0)) for name in NAMES])
         log_sds = np.hypot(self.drawn.log_sds, np.ptp(ends, axis=1) / np.sqrt(12.0))
@@ -169,17 +169,17 @@ class TypePrior:
 
     @cached_property
     def sensor(self) -> Sensor:
-        """The default sensor with the records' noise, and a grid of whole samples within them."""
-        usual, own = Sensor(**defaults()["sensor"]).sized(self.size), self.records.values()
-        raws = [record.raw for some in own for record in some]
+        """The default sensor with the noise of the records, and a grid of their samples."""
+        usual, by_motion = Sensor(**defaults()["sensor"]).sized(self.size), self.records.values()
+        raws = [record.raw for records in by_motion for record in records]
         sample = max(raw.step for raw in raws)
         before = min(raw.moves - raw.time[raw.inside][0] for raw in raws)
         after = min(raw.time[raw.inside][-1] - raw.moves for raw in raws)
         start, stop = max(usual.start, -max(before, sample)), min(usual.stop, after)
         step = sample * np.ceil(round((stop - start) / (usual.samples - 1) / sample, 3))
         samples = int(round((stop - start) / step, 3)) + 1
-        # Of one motion: the rest before an opening may still ring of the closing.
-        noise = min(np.median([record.raw.process[0] for record in some]) for some in own)
+        # The lower noise of both motions: the drive may still ring of a closing before an opening.
+        noise = min(np.median([e.raw.process[0] for e in records]) for records in by_motion)
         noise = np.hypot(noise, _LEFT_OUT * self.size.lengths)
         grid = {"start": start, "stop": start + step * (samples - 1), "noise_sd": noise}
         return replace(usual, samples=samples, **{k: round(float(v), 6) for k, v in grid.items()})
@@ -193,59 +193,59 @@ class TypePrior:
         return {key: value for key, value in content.items() if value != defaults()[key]}
 
 
-def fit_type(listed: Mapping[str, Sequence[Operation]], asked: Diagnosis) -> TypePrior:
+def fit_type(listed: Mapping[str, Sequence[Operation]], diagnosis: Diagnosis) -> TypePrior:
     """Fit the prior of a type to records of its breakers, all in one family.
 
     Raises:
         ValueError: If no record can be used, or none has a posterior.
     """
-    records = asked.read(listed)
+    records = diagnosis.read(listed)
     rejected = [record.reason for record in records if record.reason]
     if len(rejected) == len(records):
         first = " | ".join(rejected[:3])
         raise ValueError(say("type-no-record", count=len(rejected), reasons=first))
-    estimates = asked.infer([record for record in records if not record.reason])
+    estimates = diagnosis.infer([record for record in records if not record.reason])
     by_breaker: dict[str, list[Estimate]] = {}
     draws: dict[str, dict[int, np.ndarray]] = {}
     for estimate in estimates:
         name = estimate.record.operation.breaker
         by_breaker.setdefault(name, []).append(estimate)
-        if estimate.draws:  # two motions of an operation may share them
+        if estimate.draws:  # both motions of an operation may share draws
             draws.setdefault(name, {})[id(estimate.draws)] = estimate.draws.theta
     if not draws:
         reasons = sorted({estimate.why_not_inferred for estimate in estimates})
         raise ValueError(say("type-not-inferred", reasons="; ".join(reasons)))
-    operations = [[*some.values()] for some in draws.values()]
+    operations = [[*by_operation.values()] for by_operation in draws.values()]
     drawn = DrawnType.of(operations, Prior.from_settings(defaults()["prior"]).log_sds)
     return TypePrior(estimates[0].levels, by_breaker, rejected, [*draws], drawn)
 
 
 def document_of(fitted: TypePrior) -> Document:
-    """Return what was fitted to which records, and what to look at."""
-    about = asdict(fitted.size) | {"noise": in_digits(fitted.sensor.noise_sd, 3)}
-    about |= {"records": sum(map(len, fitted.records.values()))}
-    about |= {"breakers": ", ".join(fitted.names)}
+    """Return the document of a fitted prior: its records, warnings and rejected records."""
+    values = asdict(fitted.size) | {"noise": in_digits(fitted.sensor.noise_sd, 3)}
+    values |= {"records": sum(map(len, fitted.records.values()))}
+    values |= {"breakers": ", ".join(fitted.names)}
     remarks = [Remark(sentence, "WARNING: ") for sentence in warnings_of(fitted)]
     title = say("type-rejected", count=len(fitted.rejected))
     reasons = [Remark(reason) for reason in fitted.rejected]
     rejected = [Table(title=title, rows=reasons)] if reasons else []
-    summary = [say("type-source", **about)]
+    summary = [say("type-source", **values)]
     return Document(summary=summary, parts=[Table(rows=remarks), *rejected])
 
 
 def warnings_of(fitted: TypePrior) -> list[Sentence]:
-    """Return warnings about breakers, and about what the prior lacks."""
-    said = [say("type-one-breaker")] if len(fitted.names) == 1 else []
+    """Return warnings about breakers and about limits of the prior."""
+    warnings = [say("type-one-breaker")] if len(fitted.names) == 1 else []
     for name, estimates in fitted.estimates.items():
         if reasons := [e.why_not_inferred for e in estimates if not e.draws]:
-            about = {"count": len(reasons), "records": len(estimates), "reason": reasons[0]}
-            said.append(say("type-left-out", breaker=name, **about))
+            counts = {"count": len(reasons), "records": len(estimates), "reason": reasons[0]}
+            warnings.append(say("type-left-out", breaker=name, **counts))
     if wide := [NAMES[k] for k in np.flatnonzero(fitted.prior.log_sds == WIDEST)]:
-        said.append(say("type-wide", parameters=", ".join(wide), widest=WIDEST))
+        warnings.append(say("type-wide", parameters=", ".join(wide), widest=WIDEST))
     family = fitted.levels.settings["family"]
     if "opening" in fitted.records and family != defaults()["family"]["name"]:
-        said.append(say("type-damped", family=family))
-    return said
+        warnings.append(say("type-damped", family=family))
+    return warnings
 
 
 def configuration_lines(settings: Mapping, document: Document) -> str:

@@ -1,4 +1,4 @@
-"""The compiled integration of a richer drive: forces, Runge-Kutta steps, touch and parting, curves.
+"""Compiled integration of a richer drive: forces, Runge-Kutta steps, events of the contact, curves.
 
 The state is arc and speed of the drive, position and speed of the contact. The numbers ``n`` of a
 drive of size 1 are ``rich_drive.Drive.numbers``. Steps are of fifth order (Dormand &
@@ -6,8 +6,8 @@ Prince, 1980, J. Comput. Appl. Math. 6, 19), each as long as its error allows.
 
 Within a step the travel is the polynomial of the fifth degree through travel, speed and
 acceleration at both ends. The linkage of a transducer follows it as a slightly damped oscillator,
-``d'' + 2 z w d' + w^2 d = -x''`` for the difference d of reading and travel x, without an error of
-steps. All is in one file, as numba does not see that functions of another one change.
+``d'' + 2 z w d' + w^2 d = -x''`` for the difference d of reading and travel x, solved exactly. All
+compiled functions are in one file, because numba does not detect changes in other files.
 """
 
 from enum import IntEnum
@@ -21,39 +21,39 @@ from breaker.family.shape import LEVELS
 _fast = compiled()
 STAGES = np.vstack([np.column_stack([RK45.A, np.zeros_like(RK45.C)]), RK45.B])  # last: the step
 TIMES, ERROR = sum(STAGES.T), RK45.E
-# Begin and length of a piece, ms; coefficients in powers of its share, mm; on top the linkage's
-# oscillation: those of cosine and sine, mm, its decay, and its turn, 0 where the linkage is rigid.
+# Begin and length of a piece, ms; coefficients of powers of the share of the piece, mm; oscillation
+# of the linkage: coefficients of cosine and sine, mm, decay, and phase, 0 if the linkage is rigid.
 _FREE = [(name, float) for name in ("cosine", "sine", "decay", "turn")]
 _PIECE = np.dtype((np.record, [("begin", float), ("length", float), ("powers", "6f8"), *_FREE]))
 
-_LOADED = 1.5  # closing forces, beyond which friction does not grow with the load
-_SMOOTH_WAY = 0.3  # mm, beyond which a preload is fully there
-_SLOWEST = 0.02  # mm/ms, a contact that bounces with less stays
-_LASTING = 4.0  # ms after the release, where a random force in time is largest
+_LOADED = 1.5  # load in closing forces, above which dry friction does not grow
+_SMOOTH_WAY = 0.3  # mm, over which a preload sets in
+_SLOWEST = 0.02  # mm/ms; a contact that rebounds more slowly stays closed
+_LASTING = 4.0  # ms after the start of motion, at which a random force in time is largest
 _RINGING = 0.05  # damping ratio z of the linkage
-STROKE = 10.0  # mm, to which the lever's turn and the fall of the force refer
-_LOOKS = 40  # places along the way at which random forces may hold a drive up
-_FINEST = 50  # halvings of a piece, and most rounds until an event is found
-_AT_EVENT = 1e-10  # mm or mm/ms^2, that a touch or a parting may be off
-_STEPS = 0.01, 2.0  # ms, the first after an event, and the longest
+STROKE = 10.0  # mm, reference length of the lever's turn and the fall of the force
+_LOOKS = 40  # positions at which random forces must not stop a drive
+_FINEST = 50  # halvings of a piece, and largest number of iterations to locate an event
+_AT_EVENT = 1e-10  # mm or mm/ms^2, tolerance of contact touch and separation
+_STEPS = 0.01, 2.0  # ms, first step after an event, and longest step
 _TOLERANCE = 1e-6  # mm and mm/ms, error of a step
-_MOST = 100_000  # steps
+_MOST = 100_000  # steps of a motion
 
 
 Contact = IntEnum("Contact", ["ELASTIC", "HELD", "SLIDING"], start=0)
 _Mode = IntEnum("_Mode", ["FREE", "CLOSED", "FLYING"], start=0)
-"""Of the contact; a held one that flies has parted, but has not reached its stop."""
+"""Modes of the contact; a held contact that flies has separated, but not reached its stop."""
 
 
 @_fast
 def _sign(x):
-    """A smooth sign; a hyperbolic tangent costs as much as all other forces together."""
+    """Return a smooth sign, without ``tanh`` where it is 1, as it costs as much as all forces."""
     return np.tanh(x) if abs(x) < 19.0 else np.sign(x)
 
 
 @_fast
 def _lever(n, arc):
-    """Travel, its slope and its bend where the arm's end has moved along its arc."""
+    """Return travel, and its first and second derivative by the arc of the arm's end."""
     bend, ratio = n.lever_turn / STROKE, np.cos(n.lever_lean)
     if bend < 1e-9:
         return arc * ratio, ratio, 0.0
@@ -63,12 +63,12 @@ def _lever(n, arc):
 
 @_fast
 def _stop(stop, beyond, speed):
-    """Force against going further in, ``beyond`` mm past the rest position."""
+    """Return the force of a stop, ``beyond`` mm past the rest position."""
     way = beyond + stop.reach
     force = stop.stiffness * max(0.0, beyond)
     if way > 0.0 and stop.damping > 0.0:
         size = stop.damping * min(1.0, way / stop.depth)
-        if stop.profile != 0.0:  # narrower and narrower where above 0, wider where below
+        if stop.profile != 0.0:  # above 0, damping grows towards the end; below 0, it falls
             share = min(1.0, way / stop.reach) if stop.reach > 0.0 else 1.0
             size *= np.exp(stop.profile * (share - 1.0 * (stop.profile > 0.0)))
         power = size * abs(speed) ** stop.power
@@ -78,7 +78,7 @@ def _stop(stop, beyond, speed):
 
 @_fast
 def _waves(waves, angle):
-    """A smooth random function: three harmonics of an angle. With it the sine of the angle."""
+    """Return a smooth random function, three harmonics of an angle, and the sine of the angle."""
     a, s, c = waves.harmonics, np.sin(angle), np.cos(angle)
     s2, c2 = 2.0 * s * c, c * c - s * s
     total = a[0] * s + a[1] * c + a[2] * s2 + a[3] * c2
@@ -88,7 +88,7 @@ def _waves(waves, angle):
 
 @_fast
 def _random(n, rest, time, closing, held, state):
-    """Smooth random forces, which leave both rests where they are and begin with the motion."""
+    """Return smooth random forces, which begin with the motion and vanish at rest positions."""
     total, share, speed = 0.0, state[0] / rest, abs(state[1])
     if n.way_force.share > 0.0 and 0.0 < share < 1.0:
         force, window = _waves(n.way_force, np.pi * share)
@@ -96,7 +96,7 @@ def _random(n, rest, time, closing, held, state):
     if n.time_force.share > 0.0 and time < np.inf:
         age = time / _LASTING
         total += (1.0 - held) * age * np.exp(1.0 - age) * _waves(n.time_force, age)[0]
-    if n.speed_force.share > 0.0:  # even in the speed, which keeps no oscillation alive
+    if n.speed_force.share > 0.0:  # even in the speed, so that it sustains no oscillation
         window = speed * speed / (1.0 + speed * speed)
         total += window * _waves(n.speed_force, 0.5 * np.pi * speed)[0]
     return total * (n.f if closing else n.k_a * rest)
@@ -104,17 +104,17 @@ def _random(n, rest, time, closing, held, state):
 
 @_fast
 def _forces(n, rest, time, closing, mode, state):
-    """Forces on the drive and of the contact, per drive mass, and the lever's slope and bend."""
+    """Return forces on drive and of contact, per drive mass, and derivatives of the lever."""
     arc, speed, spring, held = state[0], state[1], 0.0, 0.0
     x, ratio, bend = _lever(n, arc)
     if n.contact == Contact.ELASTIC or (n.contact == Contact.HELD and mode != _Mode.FREE):
-        u = x - state[2]  # else the contact is rigid, or leaves no trace
+        u = x - state[2]  # else the contact moves rigidly, or slides without force
         spring = n.k_b * u + n.gamma_b * (ratio * speed - state[3])
         if n.contact == Contact.HELD:
             spring += n.contact_preload
         elif n.contact_preload > 0.0:
             spring += n.contact_preload * _sign(u / _SMOOTH_WAY)
-    if time < 40.0 * n.build_up:  # share of the closing force that is still there after its release
+    if time < 40.0 * n.build_up:  # share of the closing force: missing in closing, left in opening
         held = np.exp(-((time / n.build_up) ** n.growth))
     force = n.f * (1.0 - n.force_fall * x / STROKE) * (1.0 - held if closing else held)
     friction = n.gamma_a * (1.0 + (n.train_friction if closing else 0.0))
@@ -138,11 +138,11 @@ def _forces(n, rest, time, closing, mode, state):
 
 @_fast
 def closed_rest(n):
-    """Arc at rest, held closed by the closing force, by bisection; nan where the contact is not
-    pressed, the lever is past its dead centre, or random forces hold the drive up on its way.
+    """Return the arc of the closed rest position, by bisection; nan if the contact is not pressed,
+    the lever is past its dead centre, or random forces stop the drive before.
     """
     low, arc, high = 0.0, 2.5 * n.L, 5.0 * n.L
-    while low < arc < high:  # as long as a number is between them
+    while low < arc < high:  # until no number is between the ends
         pulls = _forces(n, np.inf, np.inf, True, _Mode.CLOSED, (arc, 0.0, n.L, 0.0))[0] > 0.0
         low, high = (arc, high) if pulls else (low, arc)
         arc = 0.5 * (low + high)
@@ -161,7 +161,7 @@ def closed_rest(n):
 
 @_fast
 def _rates(n, rest, time, closing, mode, state, out, row):
-    """Time derivatives of the state, into a row of ``out``; a view of it would cost as much."""
+    """Write time derivatives of the state to a row of ``out``; a view of the row is costly."""
     speed = state[1]
     total, spring, ratio, bend = _forces(n, rest, time, closing, mode, state)
     mass = 1.0 + (n.train_mass if closing else 0.0)
@@ -176,8 +176,8 @@ def _rates(n, rest, time, closing, mode, state, out, row):
 
 @_fast
 def _advance(n, rest, time, closing, mode, state, h, new, k):
-    """One step of size h, into ``new``, from the rates in ``k[0]``; those of its end in ``k[6]``.
-    Returns its error, mm and mm/ms; nan where it is not finite.
+    """Take a step of size h from the rates in ``k[0]``; write the state to ``new``, and its rates
+    to ``k[6]``. Return the error, mm and mm/ms; nan if it is not finite.
     """
     for stage in range(1, 7):
         for i in range(4):
@@ -197,7 +197,7 @@ def _advance(n, rest, time, closing, mode, state, h, new, k):
 
 @_fast
 def _margin(n, rest, time, closing, mode, state):
-    """Positive as long as the mode lasts: way to the touch or to the parting, or contact force."""
+    """Return a distance to the next event, or the contact force: positive while the mode lasts."""
     if n.contact != Contact.SLIDING and mode == _Mode.CLOSED:
         force = _forces(n, rest, time, closing, mode, state)[1]
         return force if n.contact == Contact.ELASTIC else min(force, _lever(n, state[0])[0] - n.L)
@@ -209,24 +209,24 @@ def _margin(n, rest, time, closing, mode, state):
 
 @_fast
 def _switch(n, closing, mode, state):
-    """Mode after the touch or the parting; changes the state in place."""
+    """Return the mode after contact touch or separation; change the state in place."""
     if n.contact == Contact.HELD and mode != _Mode.FREE:
         x, ratio, _ = _lever(n, state[0])
         if mode == _Mode.CLOSED and x - n.L > _AT_EVENT:
             return _Mode.FLYING
-        mass = 1.0 + (n.train_mass if closing else 0.0)  # picks the contact up
+        mass = 1.0 + (n.train_mass if closing else 0.0)  # the drive picks the contact up
         state[1] = (mass * state[1] + ratio * state[3] / n.mu) / (mass + ratio * ratio / n.mu)
         state[2], state[3] = n.L, 0.0
         return _Mode.FREE
-    back = n.restitution * state[3]  # of an elastic contact; all others are at rest
+    back = n.restitution * state[3]  # only elastic contacts move
     state[2], state[3] = n.L, -back if back > _SLOWEST else 0.0
     return _Mode.CLOSED if mode == _Mode.FREE and back <= _SLOWEST else _Mode.FREE
 
 
 @_fast
 def _located(n, rest, time, closing, mode, state, h, new, k):
-    """Time in a step after which the mode ends, by the rule of false position: takes that step
-    again, up to there. An end that stays for a second time counts half (Illinois).
+    """Return the time in a step at which the mode ends, by false position, and take the step again
+    up to there. An end that stays twice counts half (Illinois algorithm).
     """
     low, high, side = 0.0, h, 0.0
     above = max(0.0, _margin(n, rest, time, closing, mode, state))
@@ -247,7 +247,7 @@ def _located(n, rest, time, closing, mode, state, h, new, k):
 
 @_fast
 def _reading(n, stroke, state, rates):
-    """What a transducer without a linkage reads, its speed and its acceleration."""
+    """Return the reading of a transducer without a linkage, its speed and its acceleration."""
     x, ratio, bend = _lever(n, state[0])
     speed = ratio * state[1]
     acceleration = ratio * rates[1] + bend * state[1] * state[1]
@@ -264,7 +264,7 @@ def _reading(n, stroke, state, rates):
 
 @_fast
 def _join(piece, begin, h, start, end):
-    """Make a piece the polynomial from one reading, with speed and acceleration, to another."""
+    """Set a piece to the polynomial between two readings with their speeds and accelerations."""
     way = end[0] - start[0] - h * start[1] - 0.5 * h * h * start[2]
     faster = h * (end[1] - start[1]) - h * h * start[2]
     more = h * h * (end[2] - start[2])
@@ -278,8 +278,8 @@ def _join(piece, begin, h, start, end):
 
 @_fast
 def _ring(piece, w, reading, speed):
-    """Add to a piece of travel what the linkage does, from reading and speed at its begin; return
-    both at its end. Speeds are by the share of the piece.
+    """Add the oscillation of the linkage to a piece, given reading and speed at its begin; return
+    both at its end. Speeds are per length of the piece.
     """
     c = piece.powers
     z = 2.0 * _RINGING * w
@@ -301,7 +301,7 @@ def _ring(piece, w, reading, speed):
 
 @_fast
 def _within(piece, u):
-    """Reading at a share of a piece."""
+    """Return the reading at a share of a piece."""
     value = piece.powers[5]
     for i in range(4, -1, -1):
         value = piece.powers[i] + u * value
@@ -313,12 +313,12 @@ def _within(piece, u):
 
 @_fast
 def follow(n, rest, closing, end, beyond):
-    """Integrate a motion from the release on, of a drive of size 1 with its ``closed_rest``, until
-    ``end``, ms, or ``beyond`` times its time from 10 to 50 % after 10 % of the way.
+    """Integrate a motion of a drive of size 1 with its ``closed_rest``, from the start of motion to
+    ``end``, ms, or to ``beyond`` times its time from 10 to 50 %, after 10 % of the travel.
 
     Returns:
-        Pieces of the curve, ``(s,)``, none where the motion is not finite or takes too many steps;
-        the reading at the release, mm; and when the contact first touches or parts, ms, or ``inf``.
+        Pieces of the curve, ``(s,)``, none if the motion is not finite or takes too many steps; the
+        first reading, mm; and the time of first contact touch or separation, ms, or ``inf``.
     """
     pieces, count, switching = np.empty(_MOST, _PIECE), 0, np.inf
     state, new, k = np.zeros(4), np.zeros(4), np.zeros((7, 4))
@@ -338,7 +338,7 @@ def follow(n, rest, closing, end, beyond):
         if not error <= 1.0:
             h *= max(0.2, factor)
             continue
-        # As in the model a contact stays after its touch, but for one that the drive holds.
+        # As in the model a contact stays after its touch, unless the drive holds it.
         held = closing and n.contact == Contact.HELD
         watched = closing == (mode == _Mode.FREE) or mode == _Mode.FLYING or held
         over = watched and _margin(n, rest, now + h, closing, mode, new) < 0.0
@@ -367,7 +367,7 @@ def follow(n, rest, closing, end, beyond):
 
 @_fast
 def sampled(pieces, times):
-    """Reading at rising times, ``(t,)``, mm; at rest before the first piece."""
+    """Return the reading at rising times, ``(t,)``, mm; at rest before the first piece."""
     result, i = np.empty(times.size), 0
     for j in range(times.size):
         while i < len(pieces) - 1 and times[j] > pieces[i].begin + pieces[i].length:
@@ -378,7 +378,7 @@ def sampled(pieces, times):
 
 @_fast
 def passing(pieces, level):
-    """Time at which the reading first is a level, ms; nan if at no piece's end it is past it."""
+    """Return the time at which the reading first passes a level, ms; nan if no piece ends past."""
     sign = 1.0 if level > _within(pieces[0], 0.0) else -1.0
     for i in range(len(pieces)):
         piece = pieces[i]

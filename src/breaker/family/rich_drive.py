@@ -1,9 +1,8 @@
-"""A richer drive than the model: what the model has, and on top of it what the model lacks.
+"""A richer drive than the model: the two masses of the model, and additional effects.
 
-Forces are per drive mass, mm/ms^2. With every element absent the drive *is* the model. Elements are
-what real drives have and the two masses do not; smooth random forces stand for what nobody foresaw.
-Results agree with ``solve_ivp`` to a micrometre (tests/family/test_drive.py), some thousand times
-as fast.
+Forces are per drive mass, mm/ms^2. Without additional effects the drive *is* the model. The effects
+occur in real drives; smooth random forces represent unknown effects. Results agree with
+``solve_ivp`` to a micrometre (tests/family/test_drive.py), and take a thousandth of the time.
 """
 
 from collections.abc import Mapping
@@ -17,15 +16,15 @@ from breaker.family.integrator import Contact, closed_rest, follow, sampled
 from breaker.model.parameters import NAMES, UNIT, Size
 
 CONTACTS = tuple(kind.name.lower() for kind in Contact)
-# Fields of ``Elements`` that say how others act, and have no size of their own.
+# Fields of ``Elements`` that are laws of other effects, without a size.
 LAWS = ("contact", "stick", "slip", "load", "growth", "drag_power", "friction_speed")
 
 
 @dataclass(frozen=True)
 class Stop:
-    """A damper and a bumper at one end of the stroke, pushing back only.
+    """A damper and a bumper at one end of the stroke, which only push back.
 
-    The force of the damper is ``damping * |speed|^power``; over the first ``depth`` it comes in.
+    The force of the damper is ``damping * |speed|^power``; it sets in over the first ``depth``.
     """
 
     reach: float = 0.0
@@ -48,12 +47,12 @@ class Waves:
 
 @dataclass(frozen=True)
 class Elements:
-    """What a drive has and the model lacks; all absent by default.
+    """Additional effects of a drive; all absent by default.
 
     ``shipped/families/medium_voltage.yaml`` has the meaning and the unit of each number. Random
-    forces vanish at both rests. A lever of any smooth ratio shows the pushrod by 1 + ``reading``:
-    ``sum_k c_k cos(k pi x / stroke) / k`` times its share; both rests stay. The law of ``build_up``
-    is ``1 - exp(-(t / build_up)^growth)``.
+    forces vanish at both rest positions. The transducer reads the pushrod by a lever of the ratio
+    1 + ``reading``: its share times ``sum_k c_k cos(k pi x / stroke) / k``; rests stay. The
+    law of ``build_up`` is ``1 - exp(-(t / build_up)^growth)``.
     """
 
     lever_turn: float = 0.0
@@ -85,13 +84,13 @@ class Elements:
 
     @classmethod
     def from_settings(cls, settings: Mapping) -> "Elements":
-        """Build from ``{name: number}``, a part of several as ``{name: {...}}``; others absent."""
+        """Build from ``{name: number}``, stops and waves ``{name: {...}}``; others are absent."""
         kinds = {field.name: field.type for field in fields(cls) if field.type in (Stop, Waves)}
         parts = {name: kinds[name](**settings[name]) for name in kinds.keys() & settings.keys()}
         return cls(**{**settings, **parts})
 
     def scaled(self, strength: Mapping[str, float]) -> "Elements":
-        """Return the elements with some at another strength, by name: sizes of forces, no laws."""
+        """Return the effects with other strengths of some, by name: sizes of forces, no laws."""
         parts = {}
         for name, size in strength.items():
             value = getattr(self, name)
@@ -115,7 +114,7 @@ _LAYOUT = np.dtype((np.record, [*_NUMBERS.items()]))
 
 
 def _flat(parts: Elements | Stop | Waves, above: str = "") -> dict[str, float]:
-    """Numbers by dotted name, in order."""
+    """Return the numbers by dotted name, in order."""
     numbers = {}
     for name, value in vars(parts).items():
         if isinstance(value, Stop | Waves):
@@ -136,7 +135,7 @@ class Drive:
 
     Attributes:
         theta: The seven parameters, ``(p,)``, in the model's order and units.
-        elements: What it has on top, in the units of a drive of size 1.
+        elements: Additional effects, in the units of a drive of size 1.
 
     Example:
         >>> drive = Drive((2.0, 0.045, 0.040, 0.30, 0.12, 0.75, 10.0), Elements())
@@ -149,7 +148,7 @@ class Drive:
     size: Size = UNIT
 
     def changed(self, **values) -> "Drive":
-        """Return the drive with other parameters or elements, by name; of a stop ``stop.name``."""
+        """Return the drive with other parameters or effects, by name; of a stop ``stop.name``."""
         theta, elements = dict(zip(NAMES, self.theta, strict=True)), self.elements
         for name, value in values.items():
             stop, _, part = name.partition(".")
@@ -161,25 +160,25 @@ class Drive:
         return replace(self, theta=tuple(theta.values()), elements=elements)
 
     def value(self, name: str) -> float:
-        """Return a parameter or an element by the name under which ``changed`` takes it."""
+        """Return a parameter or an effect by its name, as in ``changed``."""
         return self.theta[NAMES.index(name)] if name in NAMES else attrgetter(name)(self.elements)
 
     def scaled(self, size: Size) -> "Drive":
-        """Return a drive of another size that moves alike: ``lengths x(t / times)``."""
+        """Return a drive of another size with the same shape: ``lengths x(t / times)``."""
         theta = tuple((np.array(self.theta) * size.factors).tolist())
         both = Size(self.size.lengths * size.lengths, self.size.times * size.times)
         return replace(self, theta=theta, size=both)
 
     @cached_property
     def row(self) -> np.ndarray:
-        """Parameters and elements of the drive at size 1, one after the other, ``(p + e,)``."""
+        """Parameters, then effects, of the drive at size 1, ``(p + e,)``."""
         return np.array([*np.array(self.theta) / self.size.factors, *_flat(self.elements).values()])
 
     @cached_property
     def numbers(self) -> np.record:
         """The same numbers by their names, for compiled code."""
         record = self.row.copy().view(_LAYOUT)[0]
-        record.contact = CONTACTS.index(self.elements.contact)  # a whole number there
+        record.contact = CONTACTS.index(self.elements.contact)  # an integer in the record
         return record
 
     @cached_property
@@ -193,12 +192,12 @@ class Drive:
         return bool(np.isfinite(self.rest))
 
     def travel(self, motion: str, times: np.ndarray) -> np.ndarray:
-        """Return the travel alone, as ``operate``."""
+        """Return the travel, as ``operate``."""
         return self.operate(motion, times)[0]
 
     def operate(self, motion: str, times: np.ndarray) -> tuple[np.ndarray, float]:
-        """Return the travel as the transducer reads it, ``(t,)``, mm, and when the contact first
-        touches or parts, ms after the release, ``inf`` if not by the last of the times.
+        """Return the travel as the transducer reads it, ``(t,)``, mm, and the time of first contact
+        touch or separation, ms after the start of motion; ``inf`` if later than the times.
 
         Args:
             motion: "closing" or "opening".
@@ -211,7 +210,7 @@ class Drive:
         if not self.holds:
             raise ValueError(f"the closing force does not press the contact: {self}")
         times = np.asarray(times, dtype=np.float64) / self.size.times
-        end = max(times[-1], 1e-9)  # a drive that is only seen at rest
+        end = max(times[-1], 1e-9)  # all times may be before the start of motion
         pieces, _, switching = follow(self.numbers, self.rest, motion == "closing", end, np.inf)
         if not len(pieces):
             raise FloatingPointError(f"the curve of a drive is not finite: {self}")
