@@ -1,8 +1,8 @@
-"""Records of drives, and means of records, as the networks of a family see them.
+"""Inputs of the networks of a family: records of drives, and means of records.
 
-A network sees the shape in principal components, each divided by the root of its variance and of
-the noise's, which parts of the record have samples, noise, colour and rate, and stroke and duration
-where the size of the drive is known.
+Inputs are principal components of the shape, each divided by the root of its variance and of the
+noise's; shares of samples in parts of the record; noise, colour and rate; and stroke and duration
+if the size of the drive is known.
 """
 
 from collections.abc import Mapping, Sequence
@@ -23,30 +23,30 @@ from breaker.model.parameters import MOTIONS
 from breaker.records.record import Record
 
 SCATTER_DIRECTIONS = 8  # first components of changes, in which scatter is measured, as noise
-_PARTS = 12  # of the grid: a network sees which share of each has samples
+_PARTS = 12  # of the grid; the share of samples in each part is an input
 _RIDGE = 1e-9  # keeps the fit of onset and zero regular without a sample
-_FARTHEST = 8.0  # sd of a component: no drive of a family is that far out
-_MIDDLE = np.log([4e-3, 0.05])  # noise and step in the middle of what training draws
-_LEAST_NOISE = 5e-5  # over the stroke, below which no network was trained
+_FARTHEST = 8.0  # sds at which components are cut: no drive of a family is farther out
+_MIDDLE = np.log([4e-3, 0.05])  # noise and step in the middle of their ranges in training
+_LEAST_NOISE = 5e-5  # share of the stroke: no network was trained with less
 
-# Of operations whose parameters scatter by 0.4 %: noise over the stroke, and share of what is
-# measured; and how well that is known, in degrees of freedom.
+# Scatter of operations whose parameters scatter by 0.4 %, as noise over the stroke or share of a
+# measured quantity; and the degrees of freedom as which it counts.
 USUAL_SCATTER, _KNOWN = 0.005, 4
 
 
 class Sensors(NamedTuple):
-    """What sensors record, each record of a training another one: ranges in strokes and durations.
+    """Ranges of sensors, in strokes and durations; each training record has a sensor drawn from it.
 
     Attributes:
-        noise: Of a sample, log-uniform; as good as none unless it is given.
-        step: Between samples, log-uniform. Networks see finer ones as averages.
-        quantum: Steps of a rounded travel, log-uniform, over the noise.
-        begins, ends: After 10 % of the travel.
-        entire, white, smooth, gapless: Shares of records that end last, whose noise has no colour,
-            whose travel is not rounded, and that have no gap.
+        noise: Noise of a sample, log-uniform; negligible by default.
+        step: Time between samples, log-uniform. Finer samples are averaged for networks.
+        quantum: Resolution of a rounded travel over the noise, log-uniform.
+        begins, ends: Ends of the record after 10 % of the travel.
+        entire, white, smooth, gapless: Shares of records with the latest end, white noise, no
+            rounding, and no gap.
         colour: Largest correlation of neighbouring samples.
         gap: Time without samples.
-        error: Of estimated noise: of its logarithm, and of its colour.
+        error: Sd of the logarithm of estimated noise, and of its estimated colour.
     """
 
     noise: tuple[float, float] = (1e-6, 1.1e-6)
@@ -67,12 +67,12 @@ _SENSORS = Sensors()
 
 
 class NormalisedRecords(NamedTuple):
-    """Records of one motion, as networks see them.
+    """Normalised records of one motion, from which inputs of networks are computed.
 
     Attributes:
-        there: Whether there is a record, ``(n,)`` of bool; what it lacks may be any number.
-        way, present: Normalised shapes, ``(n, g)``, and where there are samples.
-        stroke, duration: mm, and from 10 to 50 % of the travel, ms, ``(n,)``.
+        there: Whether there is a record, ``(n,)`` of bool; other numbers of an absent one are free.
+        way, present: Normalised shapes, ``(n, g)``, and whether there are samples.
+        stroke, duration: Stroke, mm, and time from 10 to 50 % of the travel, ms, ``(n,)``.
         noise: Standard deviation over the stroke, after the average over a step of the grid.
         colour: Correlation of neighbouring samples.
         step: Time between samples, in durations.
@@ -89,12 +89,12 @@ class NormalisedRecords(NamedTuple):
 
     @classmethod
     def one(cls, way: np.ndarray, present: np.ndarray, *numbers: float) -> Self:
-        """Return one record; ``numbers`` are those from ``stroke`` to ``step``."""
+        """Return one record; ``numbers`` are ``stroke`` to ``step``."""
         return cls(*(np.array([value]) for value in (True, way, present, *numbers)))
 
     @classmethod
     def nothing(cls, n: int) -> Self:
-        """Return n records that are not there."""
+        """Return n absent records."""
         shape, number = np.zeros((n, SHAPE_TIMES.size)), np.ones((5, n))
         number[3] = 0.0  # the colour
         return cls(number[3] > 0.0, shape, shape > 0.0, *number)
@@ -117,7 +117,7 @@ class Basis(NamedTuple):
         return cls(mean, directions[:count], np.square(sizes[:count]) / len(shapes))
 
     def amplitudes(self, shapes: np.ndarray) -> np.ndarray:
-        """Return components of shapes ``(n, g)``, ``(n, k)``."""
+        """Return components ``(n, k)`` of shapes ``(n, g)``."""
         return (shapes - self.mean) @ self.directions.T
 
     def scores(self, shapes: np.ndarray, noise: np.ndarray) -> np.ndarray:
@@ -132,10 +132,10 @@ def state_inputs(
     bases: Mapping[str, Basis],
     usual: Sequence,
 ) -> np.ndarray:
-    """Return what a state network sees, ``(n, i)`` of float32.
+    """Return the inputs of a state network, ``(n, i)`` of float32.
 
     Args:
-        records, bases: By motion, where there are any; in units of a drive of size 1.
+        records, bases: Records in units of a drive of size 1, and components, by motion.
         known_size: Whether the size of the drive is known, ``(n,)`` of bool.
         usual: Mean and sd of the logarithms of stroke and duration in the family, ``(2, 2)``.
     """
@@ -145,9 +145,9 @@ def state_inputs(
     columns += [known_size * (np.log(unit) - mean) / sd for unit, (mean, sd) in sizes]
     columns += _opening_over_closing(records, usual)
     for motion, seen in records.items():
-        about = [_order_one(seen.noise), seen.colour, np.log(seen.step) - _MIDDLE[1]]
-        about += [_shares(seen.present), bases[motion].scores(seen.way, seen.noise)]
-        columns.append(seen.there[:, None] * np.column_stack(about))
+        parts = [_order_one(seen.noise), seen.colour, np.log(seen.step) - _MIDDLE[1]]
+        parts += [_shares(seen.present), bases[motion].scores(seen.way, seen.noise)]
+        columns.append(seen.there[:, None] * np.column_stack(parts))
     return np.column_stack(columns).astype(np.float32)
 
 
@@ -158,19 +158,18 @@ def change_inputs(
     change_bases: Mapping[str, Basis],
     usual: Sequence,
 ) -> np.ndarray:
-    """Return what a change network sees, ``(n, i)`` of float32; of references, and what
-    ``without_onset`` leaves of the difference to these, components of both, and ``usual`` as of
-    ``state_inputs``.
+    """Return the inputs of a change network, ``(n, i)`` of float32, from references, differences
+    from these after ``without_onset``, components of both, and ``usual`` as of ``state_inputs``.
     """
     records, changes = _of_both_motions(records), _of_both_motions(changes)
     columns = [records[m].there for m in MOTIONS] + _opening_over_closing(records, usual)
     for motion, seen in records.items():
         change, basis = changes[motion], change_bases[motion]
-        about = [_order_one(seen.noise), _order_one(change.noise), _shares(change.present)]
-        about += [bases[motion].scores(seen.way, seen.noise)]
-        about += [basis.scores(change.way, change.noise)]
-        about += [np.arcsinh(basis.amplitudes(change.way) / change.noise[:, None])]
-        columns.append(seen.there[:, None] * np.column_stack(about))
+        parts = [_order_one(seen.noise), _order_one(change.noise), _shares(change.present)]
+        parts += [bases[motion].scores(seen.way, seen.noise)]
+        parts += [basis.scores(change.way, change.noise)]
+        parts += [np.arcsinh(basis.amplitudes(change.way) / change.noise[:, None])]
+        columns.append(seen.there[:, None] * np.column_stack(parts))
     return np.column_stack(columns).astype(np.float32)
 
 
@@ -180,7 +179,7 @@ def _of_both_motions(records: Mapping[str, NormalisedRecords]) -> dict[str, Norm
 
 
 def units_of(records: Mapping[str, NormalisedRecords]) -> np.ndarray:
-    """Return stroke and duration of the first motion that is there, ``(2, n)``."""
+    """Return stroke and duration of the first recorded motion, ``(2, n)``."""
     first, second = (np.array([seen.stroke, seen.duration]) for seen in records.values())
     return np.where(records[MOTIONS[0]].there, first, second)
 
@@ -188,7 +187,7 @@ def units_of(records: Mapping[str, NormalisedRecords]) -> np.ndarray:
 def _opening_over_closing(
     records: Mapping[str, NormalisedRecords], usual: Sequence
 ) -> list[np.ndarray]:
-    """Logarithms of the ratios of stroke and duration, in sds of the family; 0 without both."""
+    """Return log ratios of stroke and duration, in sds of the family; 0 without both motions."""
     first, second = records.values()
     both = first.there & second.there
     ratios = second.stroke / first.stroke, second.duration / first.duration
@@ -200,14 +199,14 @@ def _order_one(noise: np.ndarray) -> np.ndarray:
 
 
 def _shares(present: np.ndarray) -> np.ndarray:
-    """Shares of the parts of the grid that have samples, ``(n, g) -> (n, parts)``."""
-    whole = present[:, : SHAPE_TIMES.size // _PARTS * _PARTS]
-    return whole.reshape(len(whole), _PARTS, -1).mean(axis=2)
+    """Return the share of samples in each part of the grid, ``(n, g) -> (n, parts)``."""
+    even = present[:, : SHAPE_TIMES.size // _PARTS * _PARTS]
+    return even.reshape(len(even), _PARTS, -1).mean(axis=2)
 
 
 def without_onset(reference: np.ndarray, present: np.ndarray, there: np.ndarray) -> np.ndarray:
-    """Return a change without what a shift in time or of the zero would explain, ``(n, g)``; of
-    shapes in the units of the reference, ``(n, g)``, and 0 but where both are there.
+    """Return the change of shapes from references without the part that a shift of time or zero
+    explains; all ``(n, g)``, in units of the references, and 0 where not ``there``.
     """
     slope = np.gradient(reference, SHAPE_STEP, axis=1)
     rows = np.stack([np.ones_like(slope), slope], axis=1) * there[:, None]
@@ -218,11 +217,11 @@ def without_onset(reference: np.ndarray, present: np.ndarray, there: np.ndarray)
 
 
 def normalise_record(raw: Record, like: Shape | None = None) -> tuple[Shape, NormalisedRecords]:
-    """Normalise a measured record, in units of ``like``, another one's shape, or of its own: return
-    its shape, and the same for networks, physical units.
+    """Normalise a measured record, in its own units or those of the shape ``like``; return its
+    shape, and the record for networks, physical units.
 
     Raises:
-        ValueError: If the record has no motion from one rest to another, or does not show them.
+        ValueError: If the record has no motion between rest positions, or does not show these.
     """
     forward = raw.left if raw.motion == "closing" else -raw.left
     if (shape := shape_of(forward, raw.step, like)) is None:
@@ -241,7 +240,7 @@ def normalise_record(raw: Record, like: Shape | None = None) -> tuple[Shape, Nor
 def network_record(
     shape: Shape, sd: float, colour: float, step: float, like: Shape | None = None
 ) -> NormalisedRecords:
-    """Return a normalised record as networks see it, physical units; ``like`` another's shape.
+    """Return a normalised record for networks, physical units; ``like`` is a shape with its units.
 
     Args:
         sd, colour: Noise of a sample, mm, and the correlation of neighbouring ones.
@@ -251,19 +250,19 @@ def network_record(
     noise = effective_noise(sd / units.stroke, colour, step / units.duration)
     share = step / shape.duration
     finest = _SENSORS.step[0]
-    if share < finest:  # the same noise, as samples that far apart have it
+    if share < finest:  # the same noise at the finest step in training
         share, colour = finest, colour ** (finest / share)
     numbers = shape.stroke, shape.duration, max(noise, _LEAST_NOISE), colour, share
     return NormalisedRecords.one(shape.way, shape.present, *numbers)
 
 
 class Mean(NamedTuple):
-    """Mean of records of one motion, normalised in common units, each by its own time and zero.
+    """Mean of records of one motion, normalised in common units, each with its own time and zero.
 
     Attributes:
-        units: Shape of the stroke and duration in which it is given.
+        units: Shape whose stroke and duration are the units.
         seen: The mean, physical units; its noise is that of the sensor alone.
-        left: What each record leaves of it, without onset and zero, ``(n, g)``; 0 of a single one.
+        left: Deviations of records from it, without onset and zero, ``(n, g)``; 0 for one record.
     """
 
     units: Shape
@@ -272,8 +271,8 @@ class Mean(NamedTuple):
 
 
 def mean_record(raws: Sequence[Record], like: Shape | None = None) -> Mean:
-    """Normalise records of one motion and average them, each step of the grid where half of them
-    have samples; in units of ``like``, or of their own medians. Raise as ``normalise_record``.
+    """Normalise records of one motion and average them, where half of them have samples, in units
+    of ``like`` or of their own medians. Raise as ``normalise_record``.
     """
     middle = median_units([normalise_record(raw)[0] for raw in raws])
     units, n = like or middle, len(raws)
@@ -282,7 +281,7 @@ def mean_record(raws: Sequence[Record], like: Shape | None = None) -> Mean:
     count = seen.present.sum(axis=0)
     there, total = 2 * count >= n, (seen.way * seen.present).sum(axis=0)
     mean = np.where(there, total / np.maximum(count, 1), seen.way.mean(axis=0))
-    swing = np.mean([raw.ripple**2 for raw in raws]) / units.stroke**2  # in step in all of them
+    swing = np.mean([raw.ripple**2 for raw in raws]) / units.stroke**2  # in phase in all records
     noise = np.sqrt((np.mean(seen.noise**2) + (n - 1) * swing) / n)
     numbers = middle.stroke, middle.duration, noise, np.mean(seen.colour), np.mean(seen.step)
     left = without_onset(np.tile(mean, (n, 1)), seen.way, seen.present & there)
@@ -292,8 +291,8 @@ def mean_record(raws: Sequence[Record], like: Shape | None = None) -> Mean:
 def mean_and_change(
     first: Mean, second: Mean, basis: Basis
 ) -> tuple[NormalisedRecords, NormalisedRecords]:
-    """Return a reference, and the change from it in its units, as ``ChangeNetwork.draw`` takes
-    them. Their noise has the scatter of operations of both.
+    """Return a reference, and the change from it in its units, for ``ChangeNetwork.draw``. Their
+    noise includes the scatter of operations of both means.
     """
     noise = _noise_of_means([first, second], basis)
     there = first.seen.present & second.seen.present
@@ -303,8 +302,8 @@ def mean_and_change(
 
 
 def _noise_of_means(means: Sequence[Mean], basis: Basis) -> list[np.ndarray]:
-    """Noise of each mean, ``(1,)``: of the sensor, or of operations that scatter if larger, in the
-    shapes in which drives of the family change; of few records near to what is usual of drives.
+    """Return the noise of each mean, ``(1,)``: that of the sensor, or the scatter of operations in
+    directions in which drives of the family change, if larger; for few records the usual scatter.
     """
     scatter, seen = [], sum(len(mean.left) - 1 for mean in means)
     for left in (mean.left for mean in means if len(mean.left) > 1):
@@ -319,7 +318,7 @@ def _noise_of_means(means: Sequence[Mean], basis: Basis) -> list[np.ndarray]:
 
 
 def shrunk_variance(squares, seen, usual, known=_KNOWN):
-    """Return a variance, or a covariance, drawn to the usual one: of the sum of squares, or of
-    products, of observations, and degrees of freedom of these and of the usual one.
+    """Return a variance or covariance, shrunk to the usual one: ``squares`` are sums of squares or
+    products of observations; ``seen`` and ``known`` are degrees of freedom of these and the usual.
     """
     return (squares + known * usual) / (seen + known)

@@ -1,7 +1,7 @@
 """The networks of a family as arrays: the state of a drive, and its changes. Needs no torch.
 
-They see shapes, and estimate in the units of stroke and duration of the first motion. So the
-estimate follows the size of the drive exactly.
+Inputs are shapes, and outputs are in units of stroke and duration of the first motion. So estimates
+scale exactly with the size of the drive.
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -34,32 +34,32 @@ EFFECTS = {
     "closing_damper": "damper at the closed end at that speed, share of the closing force",
     "opening_damper": "damper at the open end at that speed, share of the closing force",
 }
-"""Additional effects by name: what the size of each is, as outputs of a state network.
+"""Meaning of the size of each additional effect, by name, in the order of outputs of networks.
 
-Forces that depend on the speed count at the mean speed of a closing from 10 to 50 % of its travel.
-``build_up`` is in ms. What is absent is exactly 0.
+Forces that depend on the speed are given at the mean speed of a closing from 10 to 50 % of its
+travel. ``build_up`` is in ms. The size of an absent effect is exactly 0.
 """
 
 # Effects that wear: outputs of a change network.
 WEARING = tuple(name for name in EFFECTS if name not in ("sliding_contact", "train_mass"))
-SURE = 0.95  # probability, or share of draws, from which a change, its cause or size is stated
-LEAST_AGREEMENT = 0.01  # of a parameter, below which closing and opening contradict each other
+SURE = 0.95  # probability, or share of draws, from which a change, its cause or size is reported
+LEAST_AGREEMENT = 0.01  # p-value below which closing and opening contradict each other
 
 _AT_ONCE = 8_000  # draws: half a million at once would take some GB
-_LARGEST = 100.0  # logarithms of sizes, and times over durations, by far more than of any drive
-# Share of the variance added by factors of widening that outputs do not have in common. Errors for
-# drives of an independent simulator are not along the posterior. By 0, a recorded contact narrows L
-# too much: 76 % of 95 % intervals contain it for drives with all effects, and 89 % by this share.
-_APART = 0.25
-_BEYOND = 1e-3  # share of draws beyond these; the tails of a sound network reach there in 1e-6
-_LARGEST_WEAR = np.log(2.0)  # of the logarithm of a parameter; wear of a family is below half of it
+_LARGEST = 100.0  # output, a log size or a time over a duration, far beyond that of any drive
+# Share of the variance added by widening that is independent between outputs: errors for drives of
+# an independent simulator are not along the posterior. With 0, a recorded contact narrows L too
+# much: 76 % of 95 % intervals contain it for drives with all effects; with this share 89 %.
+_INDEPENDENT = 0.25
+_BEYOND = 1e-3  # share of draws beyond _LARGEST that is tolerated; sound networks have 1e-6
+_LARGEST_WEAR = np.log(2.0)  # change of a log parameter; families wear by less than half of it
 
 
 class Network:
     """Residual network with an autoregressive mixture: features of an input, and draws given these.
 
-    Same numbers as ``blocks.ResidualMLP`` and ``mixture.AutoregressiveMixture``, as a test shows,
-    of weights by their names in ``training.FamilyNetwork``. Outputs with ``atoms`` may be 0.
+    A test compares results with ``blocks.ResidualMLP`` and ``mixture.AutoregressiveMixture``.
+    Weights are named as in ``training.FamilyNetwork``. Outputs with ``atoms`` may be 0.
     """
 
     def __init__(self, arrays: Mapping[str, np.ndarray], atoms: Sequence[bool]) -> None:
@@ -84,8 +84,8 @@ class Network:
     def sample(
         self, features: np.ndarray, there: np.ndarray, draws: int, rng: np.random.Generator
     ) -> np.ndarray:
-        """Draw outputs ``(n, d, q)`` by features ``(n, s)``, by the same random numbers for each; 0
-        where the inputs do not determine an output, as ``there`` tells, ``(q,)`` of bool.
+        """Draw outputs ``(n, d, q)`` given features ``(n, s)``, with the same random numbers for
+        each row. Outputs that the inputs do not determine, not ``there (q,)``, are 0.
         """
         n, q = len(features), self.dims
         head = self._layer("head", features, "inference")
@@ -94,19 +94,19 @@ class Network:
         weights[:, *np.tril_indices(q, -1)] = below
         scale = np.exp(np.clip(scale, -WIDEST, WIDEST))
         shift = self._layer("project", features, "inference").reshape(n, q, -1, 1)
-        # What is linear in an output: place, scale, weights of the outputs before, half the shift.
+        # Linear parts of outputs: place, scale, weights of previous outputs, half the shift.
         linear = place[..., None], scale[..., None], weights[:, :, None], 0.5 * shift
         uniform, normal = rng.random((draws, q, 2)), rng.standard_normal((draws, q))
         parts = [slice(k, k + _AT_ONCE) for k in range(0, draws, _AT_ONCE)]
-        parts_drawn = [self._some(linear, there, uniform[few].T, normal[few].T) for few in parts]
-        return np.concatenate(parts_drawn, axis=2).transpose(0, 2, 1)
+        drawn = [self._outputs(linear, there, uniform[part].T, normal[part].T) for part in parts]
+        return np.concatenate(drawn, axis=2).transpose(0, 2, 1)
 
-    def _some(self, linear, there, uniform, normal):
-        """Return outputs ``(n, q, d)`` by random numbers ``(2, q, d)`` and ``(q, d)``."""
+    def _outputs(self, linear, there, uniform, normal):
+        """Return outputs ``(n, q, d)`` from random numbers ``(2, q, d)`` and ``(q, d)``."""
         place, scale, weights, half_shift = linear
         (n, q), draws, dtype = place.shape[:2], normal.shape[1], place.dtype
         enter, leave, bias = (self.arrays[f"inference.{k}"] for k in ("enter", "leave", "bias"))
-        # Residual and atom of each output before, which an output sees side by side; halved.
+        # Weights on residual and atom of each previous output, side by side, halved.
         halves = 0.5 * enter.reshape(q, 2, q, -1).transpose(0, 3, 2, 1).reshape(q, -1, 2 * q)
         theta, seen = np.zeros((n, q, draws)), np.zeros((n, 2 * q, draws), dtype)
         sums, rows, columns = np.tri(self.components, dtype=dtype), *np.ogrid[:n, :draws]
@@ -129,7 +129,7 @@ class Network:
 
 
 def _silu_of_half(half: np.ndarray) -> np.ndarray:
-    """Of a half of x, which takes the fewest passes: ``x / (1 + e^-x)``."""
+    """Return ``x / (1 + e^-x)`` from half of x, with the fewest passes over the array."""
     y = np.tanh(half)  # without overflow
     y += 1.0
     y *= half
@@ -138,15 +138,15 @@ def _silu_of_half(half: np.ndarray) -> np.ndarray:
 
 @dataclass(frozen=True, eq=False)
 class TrainedNetwork:
-    """A network, and in what scales it sees and estimates.
+    """A network, with the scales of its inputs and outputs.
 
     Attributes:
-        outputs, atoms: Of its class: names of outputs, and which of them may be exactly 0.
-        settings: How it was made; ``family``, its name, and ``prior`` among them.
-        network: Its weights.
+        outputs, atoms: Names of outputs, and which of them may be exactly 0; of the class.
+        settings: Settings of its training, with ``prior`` and the name of the ``family``.
+        network: The weights.
         bases: Components of the shapes of each motion.
         usual: Mean and sd of the logarithms of stroke and duration, ``(2, 2)``.
-        centre, scale: Of the outputs, ``(q,)``.
+        centre, scale: Centres and scales of the outputs, ``(q,)``.
     """
 
     settings: Mapping
@@ -159,13 +159,13 @@ class TrainedNetwork:
     @classmethod
     def there(cls, motions: np.ndarray) -> np.ndarray:
         """Return which outputs records of motions ``(n, m)`` determine, ``(n, q)`` of bool."""
-        of, some = dict(zip(MOTIONS, motions.T, strict=True)), motions.any(axis=1)
-        return np.column_stack([of.get(name.split()[-1], some) for name in cls.outputs])
+        by_motion, either = dict(zip(MOTIONS, motions.T, strict=True)), motions.any(axis=1)
+        return np.column_stack([by_motion.get(name.split()[-1], either) for name in cls.outputs])
 
     def sample(
         self, features: np.ndarray, there: np.ndarray, draws: int, rng: np.random.Generator
     ) -> np.ndarray:
-        """Return ``Network.sample`` in the units of what is estimated."""
+        """Return ``Network.sample`` in the units of the outputs."""
         return self.centre + self.scale * self.network.sample(features, there, draws, rng)
 
 
@@ -175,8 +175,8 @@ class StateDraws:
 
     Attributes:
         theta: Parameters, ``(d, p)``, physical units.
-        release: Of each motion that is there, ``(d,)``, ms after 10 % of its travel.
-        switching: The same of touch or separation of the drive's own contact.
+        release: Start of each recorded motion, ``(d,)``, ms after 10 % of its travel.
+        switching: Touch or separation of the drive's own contact, likewise.
         effects: Size of each of ``EFFECTS``, ``(d,)``.
     """
 
@@ -186,10 +186,10 @@ class StateDraws:
     effects: Mapping[str, np.ndarray] = field(default_factory=dict)
 
     def of(self, chosen: np.ndarray) -> "StateDraws":
-        """Return some of the draws, by their numbers ``(k,)``."""
+        """Return the draws with the indices ``chosen (k,)``."""
         named = (
-            {name: values[chosen] for name, values in by.items()}
-            for by in (self.release, self.switching, self.effects)
+            {name: values[chosen] for name, values in draws.items()}
+            for draws in (self.release, self.switching, self.effects)
         )
         return StateDraws(self.theta[chosen], *named)
 
@@ -198,8 +198,8 @@ class StateDraws:
 class StateNetwork(TrainedNetwork):
     """A trained network that estimates the state of a drive from records of one operation.
 
-    It has the distances of drives of the family, by motion, and factors on the distances of draws
-    from their median, ``(p + 4,)``, by the number of motions at hand: 1 where none is given.
+    ``members`` are distances of drives of the family, by motion. ``widening`` are factors on the
+    sds of draws, ``(p + 4,)``, by the number of recorded motions; without factors they are 1.
     """
 
     kind, outputs = "levels", (*NAMES, *EVENTS, *EFFECTS)
@@ -216,17 +216,17 @@ class StateNetwork(TrainedNetwork):
         *,
         size: Size | None = None,
     ) -> StateDraws:
-        """Draw from the posterior of one operation, with a record of each motion at hand, physical
-        units, and the size of the drive relative to the family's, if it is known.
+        """Draw from the posterior of one operation, by a record of each recorded motion, physical
+        units, and the size of the drive relative to the family, if it is known.
 
         Raises:
-            ModelFileError: If many draws are not finite, or beyond all drives.
+            ModelFileError: If many draws are not finite, or far beyond any drive.
         """
         motions = [motion for motion in MOTIONS if motion in records]
         unit = size or UNIT
         seen = {
-            m: one._replace(stroke=one.stroke / unit.lengths, duration=one.duration / unit.times)
-            for m, one in records.items()
+            m: e._replace(stroke=e.stroke / unit.lengths, duration=e.duration / unit.times)
+            for m, e in records.items()
         }
         x = state_inputs(seen, np.array([size is not None]), self.bases, self.usual)
         there = self.there(np.array([[m in records for m in MOTIONS]]))[0]
@@ -256,15 +256,15 @@ class StateNetwork(TrainedNetwork):
 
 
 def _widened(y: np.ndarray, factors: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-    """Return draws ``(d, k)`` with factors ``(k,)`` times their sds, about their medians."""
-    apart, added = y - np.median(y, axis=0), np.square(factors) - 1.0
-    own = np.sqrt(_APART * added) * rng.permuted(apart, axis=0)
-    return y + (np.sqrt(1.0 + (1.0 - _APART) * added) - 1.0) * apart + own
+    """Return draws ``(d, k)`` whose sds about their medians are multiplied by factors ``(k,)``."""
+    off, added = y - np.median(y, axis=0), np.square(factors) - 1.0
+    independent = np.sqrt(_INDEPENDENT * added) * rng.permuted(off, axis=0)
+    return y + (np.sqrt(1.0 + (1.0 - _INDEPENDENT) * added) - 1.0) * off + independent
 
 
 def effect_outputs(sizes: Mapping[str, np.ndarray], duration: np.ndarray) -> np.ndarray:
-    """Return what networks estimate of effects or their changes, ``(n,)`` by name, in units of a
-    duration: about the size where that is small, and its logarithm where large.
+    """Return outputs of networks for sizes of effects or their changes, ``(n,)`` by name, in units
+    of a duration: about linear in small sizes, and logarithmic in large ones.
     """
     units = {"build_up": duration}
     return np.arcsinh(np.column_stack([v / units.get(name, 1.0) for name, v in sizes.items()]))
@@ -273,7 +273,7 @@ def effect_outputs(sizes: Mapping[str, np.ndarray], duration: np.ndarray) -> np.
 def effect_draws(
     outputs: np.ndarray, names: Iterable[str], duration: float
 ) -> dict[str, np.ndarray]:
-    """Return sizes of effects, or their changes, by name, of outputs ``(..., m)``."""
+    """Return sizes of effects, or their changes, by name, from outputs ``(..., m)``."""
     units, values = {"build_up": duration}, np.moveaxis(outputs, -1, 0)
     return {n: units.get(n, 1.0) * np.sinh(v) for n, v in zip(names, values, strict=True)}
 
@@ -282,8 +282,8 @@ def effect_draws(
 class ChangeNetwork(TrainedNetwork):
     """A trained network that estimates changes between two inspections.
 
-    It sees the curves of the drive as they were and their change, by motion in components of
-    ``change_bases``, and the noise of both. No change at all has a probability of its own.
+    Inputs are the earlier curves of the drive and their change, by motion in components of
+    ``change_bases``, and the noise of both. No change of an output has a probability of its own.
     """
 
     kind, outputs = "changes", (*NAMES, *(f"later {motion}" for motion in MOTIONS), *WEARING)
@@ -300,18 +300,18 @@ class ChangeNetwork(TrainedNetwork):
         *,
         effects: bool = True,
     ) -> tuple[np.ndarray, dict[str, np.ndarray]]:
-        """Draw from the posteriors of n changes, with effects or without, by the same random
-        numbers for each.
+        """Draw from the posteriors of n changes, with or without effects, with the same random
+        numbers for each change.
 
         Args:
-            references: Of each motion at hand, physical units.
-            changes: Of the same motions, what ``without_onset`` leaves, in the units of the
-                references; its noise is that of both.
+            references: Earlier records of each recorded motion, physical units.
+            changes: Changes of the same motions after ``without_onset``, in units of the
+                references, with the noise of both.
 
         Returns:
-            Logarithms of the parameters over what they were, ``(n, d, p)``, 0 where they have not
-            changed; and by how much the size of each of ``WEARING`` has changed, ``(n, d)``, that
-            of ``build_up`` as a share of the duration.
+            Logarithms of the parameters over their earlier values, ``(n, d, p)``, 0 without a
+            change; and changes of the size of each of ``WEARING``, ``(n, d)``, of ``build_up`` as
+            a share of the duration.
         """
         x = change_inputs(references, changes, self.bases, self.change_bases, self.usual)
         there = self.there(np.array([[m in references for m in MOTIONS]]))[0]
@@ -321,15 +321,15 @@ class ChangeNetwork(TrainedNetwork):
 
 
 def plausible_wear(draws: np.ndarray) -> np.ndarray:
-    """Return whether logarithms of parameters over what they were ``(..., d, p)`` may be of wear,
-    ``(...)``: 95 % of each are below a factor of 2. No network knows of larger changes.
+    """Return whether draws of log ratios of parameters ``(..., d, p)`` may be of wear, ``(...)``:
+    95 % of each are below a factor of 2. No network was trained with larger changes.
     """
     return ((np.abs(draws) < _LARGEST_WEAR).mean(axis=-2) > SURE).all(axis=-1)
 
 
 def agreement_of(one: np.ndarray, other: np.ndarray) -> np.ndarray:
-    """Return the probability that draws ``(d, p)`` and others differ as much as they do, ``(p,)``:
-    twice the share of pairs in which that of the larger draws is the smaller one.
+    """Return p-values ``(p,)`` of the difference of two sets of draws ``(d, p)``: twice the share
+    of pairs in which the draw from the set of larger draws is the smaller one.
     """
     agreement = np.empty(one.shape[1])
     for k, (a, b) in enumerate(zip(one.T, np.sort(other, axis=0).T, strict=True)):
@@ -342,29 +342,29 @@ def open_network(path: str | Path) -> StateNetwork | ChangeNetwork:
     """Read a network, as ``open_model``; ``shipped.widening`` widens the draws of a state network.
 
     Raises:
-        ModelFileError: If the file is not that of a network of a family.
+        ModelFileError: If the file is not a network of a family.
     """
     with open_model(path) as saved:
         settings, arrays, weights = saved.settings, {}, {}
-        of = {of.kind: of for of in (StateNetwork, ChangeNetwork)}.get(settings.get("kind"))
-        if of is None:
+        kind = {cls.kind: cls for cls in (StateNetwork, ChangeNetwork)}.get(settings.get("kind"))
+        if kind is None:
             raise ModelFileError("it is not a network of a family of drives")
         for name in saved.arrays:
-            own = name.removeprefix("network.")
-            some, dtype = (arrays, "float64") if own == name else (weights, "float32")
-            some[own] = saved.weight(name, dtype)
+            bare = name.removeprefix("network.")
+            group, dtype = (arrays, "float64") if bare == name else (weights, "float32")
+            group[bare] = saved.weight(name, dtype)
         Prior.from_settings(settings["prior"])  # raises if the prior is not valid
-        own = ("members", Membership) if of is StateNetwork else ("change_bases", Basis)
+        more = ("members", Membership) if kind is StateNetwork else ("change_bases", Basis)
         parts = {name: arrays[name] for name in ("usual", "centre", "scale")}
-        for name, part in (("bases", Basis), own):
+        for name, part in (("bases", Basis), more):
             paths = {m: [f"{name}.{m}.{field}" for field in part._fields] for m in MOTIONS}
             parts[name] = {m: part(*map(arrays.__getitem__, keys)) for m, keys in paths.items()}
-        if of is StateNetwork:
+        if kind is StateNetwork:
             parts["widening"] = {
                 count: np.array([factors.get(name, 1.0) for name in (*NAMES, *EVENTS)])
                 for count, factors in widening(settings["family"]).items()
             }
-        return of(settings=settings, network=Network(weights, of.atoms), **parts)
+        return kind(settings=settings, network=Network(weights, kind.atoms), **parts)
 
 
 def shipped_networks(*kinds: str) -> Iterator[tuple[StateNetwork | ChangeNetwork, ...]]:
