@@ -64,6 +64,11 @@ def test_no_sample_of_a_good_record_is_masked(prior, defaults, rate, motion):
     assert masked <= 2
 
 
+@pytest.mark.parametrize("values", [[np.nan] * 760, [3.0] * 760, [0.0, 1e300], [1e300, 0.0] * 15])
+def test_what_is_no_record_is_no_error(values):
+    assert doubts(np.array(values)).shape == (len(values),)
+
+
 # ---- planted damage ----------------------------------------------------------------------------
 
 # How many samples in a row, and what they read instead of x, mm.

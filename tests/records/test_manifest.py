@@ -164,6 +164,7 @@ REFUSED = [
     ("delimiter", {"delimiter": "\\t"}),
     ("colour", {"colour": "red"}),
     ("encoding", {"encoding": "base64"}),
+    ("encoding", {"encoding": "utf-9"}),
 ]
 
 

@@ -50,7 +50,7 @@ def test_numbers_are_those_of_the_names_where_they_state_them(tmp_path):
     assert [row[:2] for row in rows] == [("closing", 7), ("closing", 12)]
     assert [remark.isprintable() for remark in remarks] == [True]  # no table can have that name
     with pytest.raises(FileNotFoundError):
-        propose_manifest(tmp_path / "nowhere")
+        propose_manifest(folder_of(tmp_path / "empty", "notes.md"))
 
 
 def test_else_their_dates_order_them_and_no_date_is_that_of_the_file_system(tmp_path):
