@@ -1,9 +1,9 @@
-"""The clock, the travels, and the contacts, coils and motor of each travel, among the columns.
+"""Find the clock, the travels, and the contacts, coils and motor of each travel in the columns.
 
-A column is a clock or a travel by its unit or its name. Without both, a column that rises in even
-steps is a clock, and a column that moves between rests is a travel. A contact is a column of a
-contact, or of the resistance across it, whose reading changes; a current and an auxiliary switch
-never are. It belongs to a travel by rows above the columns, phase or number; a coil also by time.
+The unit or the name of a column shows a clock or a travel. Without both, a column that rises in
+even steps is a clock, and a column that moves between rests is a travel. A contact is a column of a
+contact, or of the resistance across it, whose reading changes; a current or an auxiliary switch is
+not. Rows above the columns, phase or number assign a contact to a travel; a coil also its time.
 """
 
 import re
@@ -28,12 +28,12 @@ from breaker.records.words import holds
 FAINT = 0.25
 """Share of the largest range of its kind below which a signal is cross-talk."""
 
-_UNEVEN = 0.2  # of a step: times that are printed with few digits differ by as much
-_OSCILLATES = 6  # motions: no operating sequence of IEC 62271-100 has more
-_COIL = 20.0  # A: coils take less, and tests of resistance more
-_LENGTHS = (*TO_MM, "deg", "rad")  # units of travels alone
-_KINDS = ("contact", "resistance")  # the first of these counts
-_OTHERS = ("coil", "of the drive", "52a", "52b")  # auxiliary switches close before or after
+_UNEVEN = 0.2  # largest variation of even steps, as a share of a step: from rounding of times
+_OSCILLATES = 6  # largest number of motions of a drive: no sequence of IEC 62271-100 has more
+_COIL = 20.0  # A, largest current of a coil; tests of resistance use more
+_LENGTHS = (*TO_MM, "deg", "rad")  # units that only travels have
+_KINDS = ("contact", "resistance")  # kinds of contact columns, the preferred one first
+_OTHERS = ("coil", "of the drive", "52a", "52b")  # auxiliary switches do not switch with contacts
 
 _LABELS = {key: words.any_of(spelt) for key, spelt in words.WORDS["labels"].items()}
 _OF_CONTACT = re.compile(
@@ -48,26 +48,26 @@ _NO_MARKS = re.compile(r"[\[(].*?[\])]|\b[cCtT](?=\d)")
 
 
 class Clock(NamedTuple):
-    """When the samples of a record were taken; the rate, kHz, is NaN where it is not known."""
+    """Column or rate of the time of a record; the rate, kHz, is NaN where it is not known."""
 
     place: int | None
     unit: str | None
     rate: float
     remarks: tuple[str, ...] = ()
-    rank: tuple[bool, ...] = ()  # how surely it is a clock: even steps, a unit, a name
+    rank: tuple[bool, ...] = ()  # evidence for a clock: even steps, a unit, a name
 
     @property
     def likely_rate(self) -> float:
-        """The rate, kHz, or a usual one where it is not known."""
+        """Rate, kHz; a usual one where the rate is not known."""
         return float(np.sqrt(np.prod(RATES))) if np.isnan(self.rate) else self.rate
 
 
 def find_clock(sheet: Sheet) -> Clock:
-    """Find the column of the time, or the rate that replaces it; refuse times that fall."""
+    """Find the column of the time, or the rate that replaces it; reject times that decrease."""
     clocks = [clock for i in range(len(sheet.columns)) if (clock := _clock_in(sheet, i))]
     if not clocks:
         return Clock(None, None, sheet.stated.rate)
-    clock = max(clocks, key=lambda one: one.rank)
+    clock = max(clocks, key=lambda candidate: candidate.rank)
     times = sheet.columns[clock.place]
     falls = np.flatnonzero(np.diff(times[np.isfinite(times)]) < 0.0)
     if falls.size:
@@ -78,7 +78,7 @@ def find_clock(sheet: Sheet) -> Clock:
 
 
 def _clock_in(sheet: Sheet, place: int) -> Clock | None:
-    """The clock that a column is, if it is one; a column that counts samples is not."""
+    """Return a column as a clock, None if it is not a clock, such as a count of samples."""
     unit, name, values = sheet.units[place], sheet.names[place], sheet.columns[place]
     times = values[np.isfinite(values)]
     if (unit and unit not in TO_MS) or not _is_long(values) or times.size < values.size // 2:
@@ -102,13 +102,13 @@ def _clock_in(sheet: Sheet, place: int) -> Clock | None:
 
 
 def _is_long(values: np.ndarray) -> bool:
-    """Whether a column has the samples of two rests and a motion; shorter ones list results."""
+    """Return whether a column has samples of two rests and a motion; shorter ones are results."""
     return bool(np.isfinite(values).sum() >= 3 * FEWEST)
 
 
 @dataclass(frozen=True)
 class Travel:
-    """A column that moves between rests in m motions; unit and phase where they are stated."""
+    """Column that moves between rests in m motions, with unit and phase where they are stated."""
 
     place: int
     unit: str | None
@@ -132,13 +132,13 @@ class Travel:
         return np.array([motion.stroke for motion in self.course.motions])
 
     def part(self, k: int) -> tuple[int, int]:
-        """Return the first sample, and the one after the last, of the part with motion k alone."""
-        at = self.course.middles
-        ends = [0, *((at[1:] + at[:-1]) // 2).tolist(), self.course.smooth.size]
+        """Return the part that contains only motion k: its first sample, and the last plus one."""
+        middles = self.course.middles
+        ends = [0, *((middles[1:] + middles[:-1]) // 2).tolist(), self.course.smooth.size]
         return ends[k], ends[k + 1]
 
     def moves(self, k: int) -> tuple[int, int]:
-        """Return the last sample at rest before motion k, and the first one after it."""
+        """Return the last sample at rest before motion k, and the first sample at rest after it."""
         (before, after), middle = self.rests[k], int(self.course.middles[k])
         done = (self.course.smooth - before) / (after - before)
         first, end = self.part(k)[0], self.course.motions[k].end
@@ -147,7 +147,7 @@ class Travel:
         return first + int(resting[-1:].sum()), middle + int(moving[-1:].sum()) + 1
 
     def is_of_drive(self) -> bool:
-        """Return whether it moves between rests; contacts jump, and other signals oscillate."""
+        """Return whether the column moves between rests, and neither jumps nor oscillates."""
         course = self.course
         if not (_is_long(course.reading) and course.moves):
             return False
@@ -158,12 +158,12 @@ class Travel:
 
 
 def _find_travels(sheet: Sheet, clock: Clock) -> list[Travel]:
-    """Columns that move as a drive does: those named a travel, or else all."""
+    """Return the columns that move as a drive does: those named a travel, or all if none is."""
     step, travels = 1.0 / min(clock.likely_rate, RATES[1]), []
     for place, (name, unit) in enumerate(zip(sheet.names, sheet.units, strict=True)):
         named = unit in _LENGTHS or holds(name, "travel")
-        may = unit in (None, *_LENGTHS, "V", "counts", "%") and place != clock.place
-        if may and (named or not holds(name, "of no travel")):
+        possible = unit in (None, *_LENGTHS, "V", "counts", "%") and place != clock.place
+        if possible and (named or not holds(name, "of no travel")):
             reading = np.where(np.isfinite(sheet.columns[place]), sheet.columns[place], np.nan)
             course = Course(step * np.arange(reading.size), reading)
             travels.append(Travel(place, unit, course, words.phase_in(name), named))
@@ -174,7 +174,7 @@ def _find_travels(sheet: Sheet, clock: Clock) -> list[Travel]:
 def chosen_travels(
     sheet: Sheet, clock: Clock, channel: str
 ) -> tuple[list[Travel], list[Travel], list[str]]:
-    """Return the columns of travel, those that are asked for, and remarks on the others."""
+    """Return the columns of travel, the requested ones among them, and remarks on the others."""
     travels = _find_travels(sheet, clock)
     if not travels:
         reason = f"none of {len(sheet.columns)} columns moves between two rests as a drive does"
@@ -198,7 +198,7 @@ def chosen_travels(
 
 
 def _clear(ranges: Mapping) -> list:
-    """Keys of ranges, each a kind and a size, that are not far less than others of their kind."""
+    """Return the keys of ranges (kind, size) that reach a share of the largest of their kind."""
     most = defaultdict(float)
     for kind, size in ranges.values():
         most[kind] = max(most[kind], size)
@@ -206,7 +206,7 @@ def _clear(ranges: Mapping) -> list:
 
 
 def _with_phases(sheet: Sheet, travels: Sequence[Travel]) -> list[Travel]:
-    """Travels with their phase: by name, or as stated for their number, order or contacts."""
+    """Return travels with their phase: by name, or as stated for number, order or contacts."""
     stated = _stated_contacts(sheet, {travel.place for travel in travels}) or {}
     phases = {int(number): phase for number, phase in stated.values() if phase}
     phases |= sheet.stated.phases
@@ -224,8 +224,8 @@ def _stated_contacts(
 ) -> Mapping[int, tuple[str, str]] | None:
     """Return the number of the travel and the phase of each connected contact, by column.
 
-    Rows above the columns have for each contact its transducer (``TR1``), and its phase and break
-    (``YBreak2``) or ``NA``, above its column or in the order of the contacts. None without one.
+    Rows above the columns state the transducer (``TR1``), phase and break (``YBreak2``), or ``NA``,
+    of each contact, above its column or in the order of the contacts. Without such rows: None.
     """
     places = [i for i, unit in enumerate(sheet.units) if i not in travels and unit not in TO_MM]
     named = [[i for i in places if holds(sheet.names[i], kind)] for kind in _KINDS]
@@ -235,8 +235,8 @@ def _stated_contacts(
         cells = {i: m for i, cell in enumerate(row) if (m := _OF_CONTACT.fullmatch(cell.strip()))}
         if all(cell["none"] for cell in cells.values()):
             continue
-        to = cells if {*cells} & {*contacts} else contacts if len(cells) == len(contacts) else ()
-        for place, cell in zip(to, cells.values(), strict=False):
+        below = cells if {*cells} & {*contacts} else contacts if len(cells) == len(contacts) else ()
+        for place, cell in zip(below, cells.values(), strict=False):
             known = {key: text for key, text in cell.groupdict().items() if text}
             stated[place] = stated.get(place, {}) | known
     numbered = {i: stated[i] for i in contacts if "number" in stated[i]}
@@ -246,7 +246,7 @@ def _stated_contacts(
 
 
 class Wiring:
-    """The contacts and coils of a sheet, by place: those that change, none of them a travel."""
+    """Contacts and coils of a sheet, by place: columns that change and are not travels."""
 
     def __init__(self, sheet: Sheet, travels: Sequence[Travel]) -> None:
         self.sheet, self.travels = sheet, travels
@@ -260,7 +260,7 @@ class Wiring:
         self._known = set().union(*self._phases)
 
     def _signals(self, places: Iterable[int]) -> dict[int, Course]:
-        """Columns that change by more than noise, and by not far less than others of their kind."""
+        """Return the columns whose changes exceed noise and cross-talk from others of the kind."""
         courses, ranges = {}, {}
         for i in places:
             values, kind = self.sheet.columns[i], (self.sheet.units[i], _kind(self.sheet, i))
@@ -278,57 +278,59 @@ class Wiring:
             matched.append({})
             for motion in MOTIONS:
                 closing = motion == "closing"
-                own = travel.rises == (closing == (sign > 0))
-                k = int(own.argmax())
+                same_motion = travel.rises == (closing == (sign > 0))
+                k = int(same_motion.argmax())
                 contact = self._contact(order, motion, k)
                 taken = {
                     "contact_column": contact,
                     "current_column": current_of(sheet, contact[0]) if contact else [],
-                    "trigger_column": self._coil(order, motion, k) if own.any() else [],
+                    "trigger_column": self._coil(order, motion, k) if same_motion.any() else [],
                     "motor_column": motors if closing and len(motors) == 1 else [],
                 }
-                matched[-1][motion] = {key: sheet.column(at[0]) for key, at in taken.items() if at}
+                columns = {key: sheet.column(places[0]) for key, places in taken.items() if places}
+                matched[-1][motion] = columns
         return matched
 
     def _contact(self, order: int, motion: str, k: int) -> list[int]:
-        """The contact of a travel in motion k; none where several may be meant.
+        """Return the contact of a travel in motion k; none where the choice is ambiguous.
 
-        Arcing contacts count before main ones, and resistor contacts never; of breaks in series
-        the one that touches last or parts first (IEC 62271-100).
+        Arcing contacts are preferred to main contacts; resistor contacts never count. Among breaks
+        in series, the last to touch or the first to separate counts (IEC 62271-100).
         """
         names, (begin, end) = self.sheet.names, self.travels[order].part(k)
         fits = {i: self._fits(i, order) for i in self.contacts}
         one_pole = any(fits.values())
-        own = [i for i in fits if fits[i] or (fits[i] is None and not one_pole)]
-        kinds = [[i for i in own if _kind(self.sheet, i) == kind] for kind in _KINDS]
-        own = [i for i in next(filter(None, kinds), []) if not holds(names[i], "resistor contact")]
-        own = [i for i in own if holds(names[i], "arcing")] or own
-        if len(own) < 2:
-            return own
-        own = [i for i in own if one_pole or holds(names[i], "break")]
-        changes = {i: self.contacts[i].crossings[0] for i in own}
-        at = {i: next((c for c in all_ if begin <= c < end), -1) for i, all_ in changes.items()}
-        own = [i for i in own if at[i] >= 0]
-        return sorted(own, key=at.__getitem__, reverse=motion == "closing")[:1]
+        fit = [i for i in fits if fits[i] or (fits[i] is None and not one_pole)]
+        kinds = [[i for i in fit if _kind(self.sheet, i) == kind] for kind in _KINDS]
+        fit = [i for i in next(filter(None, kinds), []) if not holds(names[i], "resistor contact")]
+        fit = [i for i in fit if holds(names[i], "arcing")] or fit
+        if len(fit) < 2:
+            return fit
+        fit = [i for i in fit if one_pole or holds(names[i], "break")]
+        changes = {i: self.contacts[i].crossings[0] for i in fit}
+        first = {i: next((c for c in all_ if begin <= c < end), -1) for i, all_ in changes.items()}
+        fit = [i for i in fit if first[i] >= 0]
+        return sorted(fit, key=first.__getitem__, reverse=motion == "closing")[:1]
 
     def _fits(self, contact: int, order: int) -> bool | None:
-        """Whether a contact is of a travel by rows above, phase or number; None if it may be.
+        """Return whether rows above, phase or number assign a contact to a travel; None if unclear.
 
-        Numbers of resistances are those of other channels.
+        The numbers of resistances are ignored: they count channels of resistance, not travels.
         """
-        (phases, numbers), own = self._marks[contact], self._marks[self.travels[order].place][1]
+        phases, numbers = self._marks[contact]
+        of_travel = self._marks[self.travels[order].place][1]
         if self._stated is not None:
-            return self._stated.get(contact, ("",))[0] in (own or {str(order + 1)})
+            return self._stated.get(contact, ("",))[0] in (of_travel or {str(order + 1)})
         if phases & self._known:
             return bool(phases & self._phases[order])
         numbers = set() if _kind(self.sheet, contact) == "resistance" else numbers
-        if numbers & own:
+        if numbers & of_travel:
             return True
-        marked = (phases or numbers) and (own or self._phases[order])
+        marked = (phases or numbers) and (of_travel or self._phases[order])
         return False if marked or len(self.travels) > 1 else None
 
     def coils_before(self, travel: Travel, k: int) -> dict[int, int]:
-        """Return the sample at which coils are energised before motion k of a travel, by column."""
+        """Return the sample at which each coil is energised before motion k, by column."""
         begin, end, events_of = travel.part(k)[0], int(travel.course.middles[k]), {}
         for i in self.coils:
             values = np.abs(self.sheet.columns[i] - np.nanmedian(self.sheet.columns[i]))
@@ -339,22 +341,22 @@ class Wiring:
         return events_of
 
     def _coil(self, order: int, motion: str, k: int) -> list[int]:
-        """The coil of a travel before motion k; none or one.
+        """Return the coil of a travel before motion k; none or one.
 
-        Of as many numbered coils as travels each belongs to the travel of its order. Other coils
-        are of all poles, and the first that is energised counts.
+        If there are as many numbered coils as travels, their order assigns them. Other coils serve
+        all poles, and the first that is energised counts.
         """
-        at = self.coils_before(self.travels[order], k)
-        own = [i for i in at if self._marks[i][0] & self._known <= self._phases[order]]
-        named = {i: words.motion_of(self.sheet.names[i]) for i in own}
-        own = [i for i in own if named[i] == motion] or [i for i in own if not named[i]]
-        numbers = {i: min(map(int, self._marks[i][1]), default=0) for i in own}
-        if len(own) == len(self.travels) > 1 and all(numbers.values()):
-            return sorted(own, key=numbers.__getitem__)[order : order + 1]
-        return sorted(own, key=at.__getitem__)[:1]
+        energised = self.coils_before(self.travels[order], k)
+        coils = [i for i in energised if self._marks[i][0] & self._known <= self._phases[order]]
+        named = {i: words.motion_of(self.sheet.names[i]) for i in coils}
+        coils = [i for i in coils if named[i] == motion] or [i for i in coils if not named[i]]
+        numbers = {i: min(map(int, self._marks[i][1]), default=0) for i in coils}
+        if len(coils) == len(self.travels) > 1 and all(numbers.values()):
+            return sorted(coils, key=numbers.__getitem__)[order : order + 1]
+        return sorted(coils, key=energised.__getitem__)[:1]
 
     def first_motions(self, travel: Travel) -> set[str]:
-        """Return the first motion by levels of resistances; both if these differ."""
+        """Return the first motion according to resistances; both motions if resistances differ."""
         (begin, end), (begins, rests), closes = travel.part(0), travel.moves(0), set()
         for i in self.contacts:
             values = np.abs(self.sheet.columns[i])
@@ -366,37 +368,37 @@ class Wiring:
 
 
 def current_of(sheet: Sheet, contact: int) -> list[int]:
-    """Return the column of the test current of a contact's resistance, by place; none or one."""
-    own, wanted = _marks(sheet.names[contact]), []
+    """Return the place of the test current of a contact's resistance; none or one."""
+    marks, currents = _marks(sheet.names[contact]), []
     for i, name in enumerate(sheet.names) if _kind(sheet, contact) == "resistance" else ():
         flows = (_amperes(sheet, i) or holds(name, "current")) and not _kind(sheet, i)
-        if flows and _marks(name) == own and not (holds(name, "motor") or _is_coil(sheet, i)):
-            wanted.append(i)
-    return wanted if len(wanted) == 1 else []
+        if flows and _marks(name) == marks and not (holds(name, "motor") or _is_coil(sheet, i)):
+            currents.append(i)
+    return currents if len(currents) == 1 else []
 
 
 def _marks(name: str) -> tuple[set[str], set[str]]:
-    """Phases and numbers in the name of a column."""
+    """Return the phases and the numbers in the name of a column."""
     bare = _NO_MARKS.sub(" ", name)
     return set(_PHASES.findall(bare.lower())), set(re.findall(r"(?<![lL\d])\d+", bare))
 
 
 def _amperes(sheet: Sheet, place: int) -> float:
-    """The largest current of a column, A; 0 where it is not a current."""
+    """Return the largest current of a column, A; 0 if the column is not a current."""
     size = words.amperes_of(sheet.names[place], sheet.units[place] or "")
     return float(np.nan_to_num(size * np.abs(sheet.columns[place])).max(initial=0.0))
 
 
 def _kind(sheet: Sheet, place: int) -> str:
-    """Kind of a column by which a contact is seen; empty for others, such as currents."""
+    """Return the kind of a column of a contact; empty for other columns, such as currents."""
     name, unit = sheet.names[place], sheet.units[place] or ""
     kind = next((kind for kind in reversed(_KINDS) if holds(name, kind)), "")
-    other = any(holds(name, one) for one in _OTHERS) or unit in TO_MM
+    other = any(holds(name, excluded) for excluded in _OTHERS) or unit in TO_MM
     return "" if other or np.isfinite(words.amperes_of(name, unit)) else kind
 
 
 def _is_coil(sheet: Sheet, place: int) -> bool:
-    """Whether a column may be of a coil, and not of a motor or of a test of resistance."""
+    """Return whether a column may be a coil current, and not a motor or test current."""
     name = sheet.names[place]
     other = holds(name, "test current") or holds(name, "of the drive")
     return holds(name, "coil") and not other and _amperes(sheet, place) <= _COIL

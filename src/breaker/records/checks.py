@@ -1,11 +1,11 @@
-"""Checks of a record: which samples no sensor of this stroke gives, and what only a whole shows.
+"""Checks of the samples of a record (which are doubtful?) and of the entire record.
 
-Each check compares one statistic with its distribution under white noise, of the record's own
-standard deviation, at the rate ``FALSE``; other limits are physical. Each is kept because damaged
-files of ``studies.faults`` would be wrong in silence without it: of 684 accepted ones (seed 11) 49
-without *spike*, 38 without *jump* and *slip*, 4 without *open-rest-off*, 2 without *clipped*; of
-120 of one kind (seed 33) 5 without *hum*, 2 without *range-ends*; of 52 with a burst 2 without
-*disturbed*.
+Each check compares one statistic with its distribution under white noise of the record's own
+standard deviation, at the rate ``FALSE`` of false alarms; other limits are physical. Each check is
+kept because damaged files of ``studies.faults`` would be wrong without a remark if it were missing:
+of 684 accepted files (seed 11) 49 without *spike*, 38 without *jump* and *slip*, 4 without
+*open-rest-off*, 2 without *clipped*; of 120 files of one kind (seed 33) 5 without *hum*, 2 without
+*range-ends*; of 52 files with a burst 2 without *disturbed*.
 """
 
 from collections.abc import Mapping
@@ -27,29 +27,29 @@ from breaker.records.rejections import FEWEST, MATTERS, Remark, UnusableError, n
 from breaker.records.settings import TO_MM
 
 STROKES = (2.0, 300.0)
-"""Ways of drives, mm."""
+"""Smallest and largest stroke of drives, mm."""
 
-_FORCES = (0.0015, 1.0)  # mm/ms^2, square of the speed over the stroke: of drives 0.003 to 0.8
-_FASTEST = {"closing": 6.0, "opening": 14.0}  # m/s: half as fast again as drives that are known
-_ABSURD = 1e6  # mm: arithmetic with more may overflow
-_BURST = 5.0  # ms: longest disturbance that a running median hides
-_ALIKE = 0.7, 4 / 3  # times the step of a time, that of twice the time; a bend doubles it at least
-_LINE = 5  # samples of a line through samples beside a place
-_DISTURBED = 0.02, 5.0  # strokes and usual noises: in more noise no sample shows the travel
-_FAR = 0.15  # strokes from zero at which the open breaker is not that of the settings
-_SLIPS = 0.05  # of the stroke: a mount that slips by more holds no sensor
-_AT_END = 0.25  # of a rest, samples at the end of a range; noise of five steps has 0.07 there
-_NOISY = 5  # values of a rest in noise that no step of the reading hides at another rest
-_BEGUN = 0.1  # of the way, from which a motion is under way: twice a slip
+_FORCES = (0.0015, 1.0)  # mm/ms^2, limits of speed squared over stroke; known drives: 0.003 to 0.8
+_FASTEST = {"closing": 6.0, "opening": 14.0}  # m/s, 1.5 times the speed of the fastest known drives
+_ABSURD = 1e6  # mm, readings above which arithmetic may overflow
+_BURST = 5.0  # ms, longest disturbance that a running median removes
+_JUMP_RATIO = 0.7, 4 / 3  # step over twice the time by that over once: 1 at a jump, 2 in a bend
+_LINE = 5  # samples to which a line is fitted on either side of a place
+_DISTURBED = 0.02, 5.0  # noise of useless samples: in strokes, and in sds of the least noise
+_FAR = 0.15  # strokes, distance of the open rest from zero above which the settings must be wrong
+_SLIPS = 0.05  # strokes, largest slip of a transducer that is accepted
+_AT_END = 0.25  # share of samples at one extreme that shows a range's end; by noise of 5 steps 0.07
+_NOISY = 5  # distinct values at the other rest from which on its noise exceeds the step
+_BEGUN = 0.1  # share of the stroke from which a motion has begun: twice the largest slip
 
 
 # ---- samples -------------------------------------------------------------------------------------
 
 
 def doubtful_samples(travel: np.ndarray, step: float, quantum: float) -> np.ndarray:
-    """Say which samples no sensor can give, ``(t,) -> (t,)`` of text: their kind, or "".
+    """Return the kind of each doubtful sample, "" for the others, ``(t,) -> (t,)`` of text.
 
-    A "slip" is the first sample behind a step of the reading that does not return.
+    A "slip" is the first sample after a step of the reading that does not return.
 
     Args:
         travel: Travel, ``(t,)``, mm, evenly spaced; NaN where a sample is missing.
@@ -68,11 +68,11 @@ def doubtful_samples(travel: np.ndarray, step: float, quantum: float) -> np.ndar
     coarse = np.maximum(sds * noise + 0.2 * MATTERS * stroke, 2.5 * quantum)
 
     near = running_median(filled(left), 5)
-    ways = sliding_window_view(np.diff(np.pad(near, 2, mode="edge")), 4)
-    bends = np.maximum(np.ptp(ways, axis=1) - sds * noise, 0.0)
+    steps = sliding_window_view(np.diff(np.pad(near, 2, mode="edge")), 4)
+    bends = np.maximum(np.ptp(steps, axis=1) - sds * noise, 0.0)
     kinds[np.abs(left - near) > coarse + bends] = "spike"
     shape = quantum, MATTERS * stroke, stroke / speed if speed else np.inf
-    if speed and (kinds == "spike").any():  # a median of five is off beside a slip in the motion
+    if speed and (kinds == "spike").any():  # a median of 5 is wrong next to a slip in the motion
         slips = np.convolve(_jumps(filled(left), noise, *shape), np.ones(_LINE), "same") > 0.0
         kinds[slips & (kinds == "spike")] = ""
     kinds[_clipped(np.where(kinds == "", left, np.nan), quantum, noise)] = "clipped"
@@ -80,18 +80,18 @@ def doubtful_samples(travel: np.ndarray, step: float, quantum: float) -> np.ndar
     there = np.flatnonzero((kinds == "") & ~np.isnan(left))
     if speed == 0.0 or there.size < _LINE:
         return kinds
-    # Just after an impact a drive is 2.5 times as fast as over a millisecond.
+    # Just after an impact a drive is 2.5 times as fast as on average over a millisecond.
     far = np.sqrt(2.0) * coarse[there[1:]] + 2.5 * speed * np.diff(there)
-    apart = np.abs(np.diff(left[there])) > far
+    leaps = np.abs(np.diff(left[there])) > far
     rest = filled(np.where(kinds == "", left, np.nan))
-    apart |= _jumps(rest, noise, *shape)[there[1:]]
-    kinds[there] = _pieces(left[there], there, apart, float(coarse.max()), _BURST / step)
+    leaps |= _jumps(rest, noise, *shape)[there[1:]]
+    kinds[there] = _pieces(left[there], there, leaps, float(coarse.max()), _BURST / step)
     return kinds
 
 
 def _local_noise(travel: np.ndarray, step: float) -> np.ndarray:
-    """Sd of white noise about each sample, ``(t,)``, mm: of the record or of a time about it."""
-    # Between samples that an instrument interpolates, the noise is hidden.
+    """Return the sd of white noise near each sample, ``(t,)``, mm, at least that of the record."""
+    # Interpolation in the instrument hides noise, so every second and fourth sample is tried too.
     noise = max(
         white_noise(travel[::stride]) for stride in (1, 2, 4) if stride == 1 or stride * step < 0.4
     )
@@ -107,9 +107,11 @@ def _local_noise(travel: np.ndarray, step: float) -> np.ndarray:
 
 
 def _steps(travel: np.ndarray, count: int) -> tuple[np.ndarray, float]:
-    """Step before each sample between lines of one slope beside it, and its sd by noise of 1."""
-    at = (np.arange(2 * count) + 0.5) / count - 1.0
-    weights = np.linalg.pinv(np.column_stack([at, np.ones(at.size), 0.5 * np.sign(at)]))[-1]
+    """Return the step before each sample between parallel lines on either side, and the step's sd
+    for noise of 1; ``count`` samples determine each line.
+    """
+    x = (np.arange(2 * count) + 0.5) / count - 1.0
+    weights = np.linalg.pinv(np.column_stack([x, np.ones(x.size), 0.5 * np.sign(x)]))[-1]
     steps = np.zeros(travel.size)
     steps[count : travel.size - count + 1] = np.convolve(travel, weights[::-1], "valid")
     return steps, float(np.linalg.norm(weights))
@@ -118,7 +120,7 @@ def _steps(travel: np.ndarray, count: int) -> tuple[np.ndarray, float]:
 def _jumps(
     travel: np.ndarray, noise: np.ndarray, quantum: float, least: float, pace: float
 ) -> np.ndarray:
-    """Say before which samples travel jumps: suddenly, and as far in twice the time."""
+    """Return before which samples travel jumps: suddenly, and equally far over twice the time."""
     jumps, count = np.zeros(travel.size, dtype=bool), 2
     both = np.concatenate([[0.0], travel[2:] - travel[:-2], [0.0]])
     both = np.abs(both - running_median(both, 4 * _LINE + 1))
@@ -126,40 +128,42 @@ def _jumps(
     steps, sd = _steps(travel, count)
     while count <= max(0.15 * pace, 2.0) and travel.size >= 8 * count:
         longer, longer_sd = _steps(travel, 2 * count)
-        own = np.maximum(noise * sd, 1.4826 * np.median(np.abs(steps)))  # of coloured noise, too
-        limit = np.maximum(normal_sds(travel.size) * own, 1.5 * quantum) + least
+        spread = np.maximum(noise * sd, 1.4826 * np.median(np.abs(steps)))  # also coloured noise
+        limit = np.maximum(normal_sds(travel.size) * spread, 1.5 * quantum) + least
         high = np.abs(steps)
         top = sliding_window_view(np.pad(high, count), 2 * count + 1).max(axis=1)
         same = longer * np.sign(steps)
         jump = (high > limit) & (high == top) & (sudden > 0.6 * high)
-        jumps |= jump & (same > _ALIKE[0] * high) & (same < _ALIKE[1] * high)
+        jumps |= jump & (same > _JUMP_RATIO[0] * high) & (same < _JUMP_RATIO[1] * high)
         count, steps, sd = 2 * count, longer, longer_sd
     return jumps
 
 
 def _clipped(travel: np.ndarray, quantum: float, noise: np.ndarray) -> np.ndarray:
-    """Say which samples are at a flat top from which travel falls in half its time by more than
-    noise, and so more than a parabola that stays within a step: the end of a range cuts it off.
+    """Return which samples form a flat top because the sensor's range ends there: within half the
+    length of the top, travel falls by more than noise, and faster than from the top of a parabola.
     """
     clipped = np.zeros(travel.shape, dtype=bool)
     for side in (travel, -travel):
-        at = np.flatnonzero(side == np.nanmax(side))
-        first, last = int(at[0]), int(at[-1])
+        top = np.flatnonzero(side == np.nanmax(side))
+        first, last = int(top[0]), int(top[-1])
         half = (last - first) // 2
-        if half < _LINE // 2 or half > min(first, side.size - 1 - last, at.size):
+        if half < _LINE // 2 or half > min(first, side.size - 1 - last, top.size):
             continue
         clear = normal_sds(travel.size) * max(quantum, float(noise[first]))
         if side[first] - max(side[first - half], side[last + half]) > clear:
-            clipped[at] = True
+            clipped[top] = True
     return clipped
 
 
 def _pieces(
-    travel: np.ndarray, places: np.ndarray, apart: np.ndarray, coarse: float, burst: float
+    travel: np.ndarray, places: np.ndarray, leaps: np.ndarray, coarse: float, burst: float
 ) -> np.ndarray:
-    """Kinds of samples: short pieces between steps are left out; what follows may be off."""
+    """Return the kinds of samples: "jump" in short pieces between leaps, "slip" at the start of a
+    long piece that does not continue the piece before it.
+    """
     kinds = np.full(travel.size, "", dtype="U12")
-    edges, pieces = [0, *(np.flatnonzero(apart) + 1).tolist(), travel.size], []
+    edges, pieces = [0, *(np.flatnonzero(leaps) + 1).tolist(), travel.size], []
     for first, last in pairwise(edges):
         inner = first > 0 and last < travel.size
         if last - first < (max(burst, _LINE) if inner else _LINE):
@@ -167,30 +171,30 @@ def _pieces(
         else:
             pieces.append((first, last))
     for (_, end), (begin, _) in pairwise(pieces):
-        gap = int(places[begin] - places[end - 1])
-        on = min(gap, _LINE - 1)
-        ways = abs(travel[end - 1] - travel[end - 1 - on]), abs(travel[begin + on] - travel[begin])
-        far = coarse + 1.5 * gap / on * sum(ways)
+        missing = int(places[begin] - places[end - 1])
+        n = min(missing, _LINE - 1)
+        moved = abs(travel[end - 1] - travel[end - 1 - n]) + abs(travel[begin + n] - travel[begin])
+        far = coarse + 1.5 * missing / n * moved
         if begin == end or abs(travel[begin] - travel[end - 1]) > far:
             kinds[begin] = "slip"
     return kinds
 
 
 def leap_at(travel: np.ndarray, place: int) -> float:
-    """Return by how much travel ``(t,)``, mm, leaps at a sample, by lines on either side."""
+    """Return the leap, mm, of travel ``(t,)`` at a sample, from lines on either side."""
     there = np.flatnonzero(~np.isnan(travel))
     near = [there[there < place][-_LINE:], there[there > place][:_LINE]]
     if not all(part.size for part in near):
-        return 0.0  # nothing before or behind it is left
+        return 0.0  # no samples before or after it
     ends = [np.polyval(np.polyfit(k - place, travel[k], min(1, k.size - 1)), 0.0) for k in near]
     return float(ends[1] - ends[0])
 
 
 def check_slips(time: np.ndarray, travel: np.ndarray, kinds: np.ndarray, segment: Segment) -> None:
-    """Refuse a motion in whose samples, ``(n,)``, ms, mm and kinds, the reading slips by far.
+    """Reject a motion whose reading slips far, by its samples ``(n,)``, ms, mm and kinds.
 
-    Before the motion, any slip that is seen looks like a first motion: of 1 % of the stroke, the
-    time of the first motion is 40 ms early.
+    Before the motion, any slip is rejected because it looks like a first motion: a slip of 1 % of
+    the stroke makes the time of the first motion 40 ms too early.
     """
     begun = np.abs(travel[segment.begin : segment.end] - segment.before) > _BEGUN * segment.stroke
     begun = segment.begin + int(begun.argmax())
@@ -204,11 +208,11 @@ def check_slips(time: np.ndarray, travel: np.ndarray, kinds: np.ndarray, segment
 
 
 def doubts_in_words(time: np.ndarray, kinds: np.ndarray) -> str:
-    """Say which samples are doubtful: how many, what and when; "" if none is.
+    """Return a remark on the number, kinds and times of doubtful samples; "" if none is.
 
     Args:
-        time: Of the record, ``(n,)``, ms.
-        kinds: Of its samples, ``(n,)``, from ``doubtful_samples``.
+        time: Times of the record, ``(n,)``, ms.
+        kinds: Kinds of its samples, ``(n,)``, from ``doubtful_samples``.
     """
     bad = kinds != ""
     begins = np.flatnonzero(bad & (kinds != np.append("", kinds[:-1]))).tolist()
@@ -217,17 +221,17 @@ def doubts_in_words(time: np.ndarray, kinds: np.ndarray) -> str:
     return Remark("doubtful-samples", count=int(bad.sum()), places=places) if begins else ""
 
 
-# ---- whole records -------------------------------------------------------------------------------
+# ---- entire records ------------------------------------------------------------------------------
 
 
 def of_no_drive(motion: str, time: np.ndarray, done: np.ndarray, stroke: float) -> str:
-    """Say why a motion is none of a breaker's drive, as in another unit; "" if it may be one.
+    """Return a remark if no drive moves so, as in a wrong unit; "" if the motion is possible.
 
     Args:
         motion: "closing" or "opening".
         time: Times, ``(t,)``, ms.
-        done: Shares of the way that are done, ``(t,)``; nan where a sample is missing.
-        stroke: Way between the rests, mm.
+        done: Travel as a share of the stroke, ``(t,)``; nan where a sample is missing.
+        stroke: Distance between the rests, mm.
     """
     past = np.flatnonzero(done >= 0.9)
     low = np.flatnonzero(done[: past[0]] <= 0.1) if past.size else past
@@ -237,18 +241,19 @@ def of_no_drive(motion: str, time: np.ndarray, done: np.ndarray, stroke: float) 
     speed = 0.8 * stroke / lasts
     if _FORCES[0] <= speed**2 / stroke <= _FORCES[1] and speed <= _FASTEST[motion]:
         return ""
-    about = {"stroke": stroke, "lasts": lasts, "speed": speed}
-    return Remark("no-drive", motion=motion, **{k: in_digits(v, 3) for k, v in about.items()})
+    values = {"stroke": stroke, "lasts": lasts, "speed": speed}
+    return Remark("no-drive", motion=motion, **{k: in_digits(v, 3) for k, v in values.items()})
 
 
 def ends_of_range(time: np.ndarray, travel: np.ndarray, moves: float) -> tuple[float, float]:
-    """Return the end of the transducer's range, mm, if it lies before the rest before the motion,
-    and that of the rest after it; nan where nothing shows it.
+    """Return the ends of the transducer's range, mm, that cut off the rest before and the rest
+    after the motion; nan where the samples show no such end.
 
-    Many samples are then at one and the same extreme, which noise at the other rest makes rare.
+    At the end of a range, many samples have the same extreme value; with noise, which the other
+    rest shows, this is rare.
 
     Args:
-        time, travel: Of the motion, ``(n,)``, ms and mm; NaN where a sample is missing.
+        time, travel: Samples of the motion, ``(n,)``, ms and mm; NaN where one is missing.
         moves: Time of the first motion, ms.
     """
     there = ~np.isnan(travel)
@@ -256,7 +261,7 @@ def ends_of_range(time: np.ndarray, travel: np.ndarray, moves: float) -> tuple[f
     rests, levels = (travel[time < moves], travel[time > 0.5 * (moves + time[-1])]), []
     for rest, other in (rests, rests[::-1]):
         ends = () if min(rest.size, other.size) < 2 * FEWEST else (rest.min(), rest.max())
-        # White noise changes more from step to step than in a step; a drive that creeps does not.
+        # Second differences of white noise exceed its first differences; those of creep do not.
         steps = np.diff(other)
         noisy = ends and np.median(np.abs(np.diff(steps))) > np.median(np.abs(steps))
         noisy = noisy and np.unique(other).size >= _NOISY
@@ -266,7 +271,7 @@ def ends_of_range(time: np.ndarray, travel: np.ndarray, moves: float) -> tuple[f
 
 
 def check_stroke(stroke: float, settings: Mapping) -> None:
-    """Refuse a stroke, mm, outside of ``endurance.format.stroke``, or of those of drives."""
+    """Reject a stroke, mm, outside ``endurance.format.stroke``, by default that of drives."""
     least, most = settings["stroke"] or STROKES
     if not least <= stroke <= most:
         reading = stroke / TO_MM.get(settings["travel_unit"], 1.0)
@@ -281,7 +286,7 @@ def check_stroke(stroke: float, settings: Mapping) -> None:
 def rest_of_open(segment: Segment, settings: Mapping, motion: str) -> float:
     """Return the reading to subtract for an open breaker at rest, mm.
 
-    Where an opening creeps on to the end of its record, that is its last reading.
+    If an opening still creeps at the end of its record, this is its farthest reading.
 
     Raises:
         UnusableError: If the open breaker is far from zero.
@@ -298,13 +303,13 @@ def rest_of_open(segment: Segment, settings: Mapping, motion: str) -> float:
 
 
 def rest_remark(segment: Segment, settings: Mapping, motion: str, zero_sd: float | None) -> str:
-    """Say where the open breaker does not rest where the settings state; "" if it does.
+    """Return a remark if the open rest is not where the settings state it; "" if it is.
 
     Args:
         segment: The motion in its record.
         settings: The section ``endurance.format``, complete.
         motion: "closing" or "opening".
-        zero_sd: Standard deviation of the zero that the model takes for granted, mm, if any.
+        zero_sd: Standard deviation of the zero that the model assumes, mm, if any.
     """
     seen, rest = _open(segment, motion)
     if settings["zero"] == "rest":
@@ -314,7 +319,7 @@ def rest_remark(segment: Segment, settings: Mapping, motion: str, zero_sd: float
 
 
 def _open(segment: Segment, motion: str) -> tuple[bool, float]:
-    """Whether the open breaker is seen at rest, and where, mm."""
+    """Return whether the record shows the open breaker at rest, and the rest position, mm."""
     if motion == "closing":
         return True, segment.before
     return segment.arrived and bool(np.isnan(segment.back)), segment.after

@@ -1,9 +1,9 @@
-"""Times of contact and trigger: when the contact touched or separated, and the coil was energised.
+"""Times of contact touch or separation, and of the trigger, which energises the coil.
 
-The contact makes when its test current starts to flow, and breaks when the current stops. While it
-flows, a resistance beyond its range is that of the arcing contact. Without a current, a resistance
-counts by the end of its range, and any other signal by half of its step. Times that the channels
-do not determine, or that contradict the travel, are withheld with the reason.
+The contact makes when its test current starts to flow, and breaks when the current stops. While
+current flows, a resistance beyond its range means that only the arcing contact conducts. Without a
+current, a resistance switches at the end of its range, and any other signal at half of its step.
+Times that the channels do not determine, or that contradict the travel, are replaced by a reason.
 """
 
 from collections.abc import Mapping, Sequence
@@ -17,34 +17,34 @@ from breaker.records.noise import running_median, white_noise
 from breaker.records.rejections import NotShownError
 from breaker.records.words import holds, label_of, places_of
 
-_LASTS = 0.2  # ms: pick-up of switching is shorter, and any state of a contact longer
-CLEAR = 6.0  # sd: white noise exceeds it once in 5e8 samples
-LEAST = 0.02  # of a step: offsets and hum of a test current, and of a range, stay below it
-FEWEST = 3  # samples of a level: the fewest with a median and a spread
-_ARCING = 1e3  # ratio of 20 milliohm, the most of an arcing contact, to 20 microohm of a main one
-RESOLVED = 1.0  # ms: error of a first motion, by its definition, and shortest level of a contact
-_RISE = 0.25  # of a step: up to there a test or coil current rises straight
-_AUXILIARY = 2.0  # ms: usual distance of an auxiliary switch from the main contact
+_LASTS = 0.2  # ms, shortest state of a contact; interference from switching is shorter
+CLEAR = 6.0  # sd of noise, which white noise exceeds once in 5e8 samples
+LEAST = 0.02  # share of a step, above offsets and hum of a test current or of a range's end
+FEWEST = 3  # samples, the fewest with a median and a spread
+_ARCING = 1e3  # largest ratio of resistances: arcing contact 20 milliohm, main contact 20 microohm
+RESOLVED = 1.0  # ms, uncertainty of a first motion by definition, and shortest level of a contact
+_RISE = 0.25  # share of a step up to which a test or coil current rises linearly
+_AUXILIARY = 2.0  # ms, sd of the time of an auxiliary switch relative to the main contact
 SETTLED = 0.75
 """Share of the time from the first motion on, after which the contact of a closing is at rest."""
-SLOWEST = 100.0  # ms from trigger to first motion: any coil and latch are faster
+SLOWEST = 100.0  # ms, longest time from trigger to first motion: any coil and latch are faster
 _UNSEEN = "the contact does not switch during the motion"
 
 
 class ContactTimes(NamedTuple):
     """Times of the contact in a record with the sds of their errors, ms; nan where unknown."""
 
-    time: float = np.nan  # counted touch or separation, at which the current starts or stops
+    time: float = np.nan  # contact touch or separation: the current starts or stops
     sd: float = np.nan
-    main: float = np.nan  # of the main contact, where an arcing contact differs
+    main: float = np.nan  # time of the main contact, where that of the arcing contact differs
     main_sd: float = np.nan
     arcing: float = np.nan
     arcing_sd: float = np.nan
     trigger: float = np.nan  # when the coil was energised
     trigger_sd: float = 0.0
-    bounces: float = np.nan  # interruptions after the first touch
+    bounces: float = np.nan  # number of interruptions after the first touch
     bounce_time: float = np.nan  # from the first touch to the last
-    why: str = ""  # reason for which the counted time is withheld; empty otherwise
+    why: str = ""  # reason why there is no time of the contact; empty otherwise
 
 
 class _Switch(NamedTuple):
@@ -54,50 +54,50 @@ class _Switch(NamedTuple):
     share: np.ndarray  # (n,)
     noise: float  # sd of the share when open
     closing: bool  # whether touches count, as in a closing; else separations
-    begin: float  # time from which on they count, ms
+    begin: float  # time from which on touches or separations count, ms
 
     @property
     def least(self) -> float:
-        """Smallest share that noise of the open contact does not make."""
+        """Smallest share that is clear of the noise of the open contact."""
         return float(np.clip(CLEAR * self.noise, LEAST, _RISE))
 
     def edges(self, level: float) -> np.ndarray:
-        """Return when the contact switches at a level, ``(m,)``, ms."""
+        """Return the times at which the share crosses a level, ``(m,)``, ms."""
         on = running_median((self.share >= level) * 1.0, _window(self.time)) > 0.5
         changes = np.flatnonzero((on[1:] != on[:-1]) & (on[1:] == self.closing))
         first, second = self.share[changes], self.share[changes + 1]
         part = np.clip((level - first) / np.where(first == second, 1.0, second - first), 0.0, 1.0)
-        part = np.where(np.abs(second - first) > 0.5, 0.5, part)  # a jump is anywhere between
-        at = self.time[changes] + part * (self.time[changes + 1] - self.time[changes])
-        return at[at >= self.begin]
+        part = np.where(np.abs(second - first) > 0.5, 0.5, part)  # a jump may lie anywhere between
+        times = self.time[changes] + part * (self.time[changes + 1] - self.time[changes])
+        return times[times >= self.begin]
 
     def edge(self, level: float) -> float:
-        """Return when the contact first switches at a level, ms; raise if it never does."""
+        """Return the first time at which the share crosses a level, ms; raise if it never does."""
         if not (result := self.edges(level)).size:
             raise NotShownError(_UNSEEN)
         return float(result[0])
 
     def open_edge(self) -> tuple[float, float]:
-        """Return when the signal leaves or reaches the level of the open contact, and its sd, ms.
+        """Return the time at which the signal leaves or reaches the open level, and its sd, ms.
 
-        A line through two small shares leads back to that level, as a current rises slowly.
+        A current rises slowly, so a line through two small shares is extrapolated to that level.
         """
         low, high = self.edge(self.least), self.edge(2.0 * self.least)
         return 2.0 * low - high, self.sd(low, high - low)
 
-    def sd(self, at: float, *spans: float) -> float:
-        """Return the sd of a time, ms, that lies within spans and between two samples."""
-        after = int(np.clip(np.searchsorted(self.time, at), 1, self.time.size - 1))
+    def sd(self, time: float, *spans: float) -> float:
+        """Return the sd of a time, ms, uniform within spans and between two samples."""
+        after = int(np.clip(np.searchsorted(self.time, time), 1, self.time.size - 1))
         spans = (*spans, float(self.time[after] - self.time[after - 1]))
         return float(np.sqrt(np.square(spans).sum() / 12.0))
 
-    def counted(self, level: float, at: float, sd: float) -> ContactTimes:
-        """Return a counted time with the bounces at a level; raise if an opening closes again."""
+    def counted(self, level: float, time: float, sd: float) -> ContactTimes:
+        """Return a contact time with the bounces at a level; raise if an opening closes again."""
         switches = self.edges(level)
         lasts = float(np.ptp(switches))
         if not self.closing and lasts > RESOLVED:
             raise NotShownError(f"the contact closes again within {lasts:.1f} ms of separation")
-        return ContactTimes(at, sd, bounces=switches.size - 1.0, bounce_time=lasts)
+        return ContactTimes(time, sd, bounces=switches.size - 1.0, bounce_time=lasts)
 
 
 def events_of(
@@ -106,47 +106,49 @@ def events_of(
     channels: Mapping[str, np.ndarray],
     names: Sequence[str] | None = None,
 ) -> tuple[ContactTimes, list[str]]:
-    """Return the times of contact and trigger of a motion, and what is doubtful, in words.
+    """Return the times of contact and trigger of a motion, and remarks on doubtful times.
 
     Args:
         settings: The section ``endurance.format``, complete.
         located: The motion.
-        channels: Those of ``"contact"``, ``"current"`` (test current) and ``"trigger"`` that the
-            record has, ``(n,)``; nan where a sample is missing.
+        channels: Channels ``"contact"``, ``"current"`` (test current) and ``"trigger"`` of the
+            record, where present, ``(n,)``; nan where a sample is missing.
         names: Names of the columns of the file, where known.
     """
     time, moves, closing = located.time[located.inside], located.moves, located.motion == "closing"
-    own = {kind: channel[located.inside] for kind, channel in channels.items()}
-    contact, said, column = ContactTimes(), [], settings["contact_column"]
-    if "contact" in own:
+    signals = {kind: channel[located.inside] for kind, channel in channels.items()}
+    contact, remarks, column = ContactTimes(), [], settings["contact_column"]
+    if "contact" in signals:
         places = places_of(names, column) if names else []
         name = names[places[0]] if len(places) == 1 else str(column)
         sides = (time < moves, time > moves + SETTLED * (time[-1] - moves))[:: -1 if closing else 1]
         begin = moves - max(RESOLVED, 3.0 * located.moves_sd)
         try:
-            signals = own["contact"], own.get("current"), holds(name, "resistance")
-            contact = _as_travelled(times_of(time, *signals, sides, closing, begin), located)
+            samples = signals["contact"], signals.get("current"), holds(name, "resistance")
+            contact = _as_travelled(times_of(time, *samples, sides, closing, begin), located)
         except NotShownError as error:
             contact = ContactTimes(why=str(error))
         if contact.why:
-            said.append(f"{label_of(column)}: {contact.why}; see endurance.format.current_column")
+            reason = f"{contact.why}; see endurance.format.current_column"
+            remarks.append(f"{label_of(column)}: {reason}")
         auxiliary = holds(name, "52a") or holds(name, "52b")
         if auxiliary:
-            said.append(f"{label_of(column)} is an auxiliary switch: its times are off by some ms")
+            reason = "is an auxiliary switch: its times are off by some ms"
+            remarks.append(f"{label_of(column)} {reason}")
         timing_sd = float(np.hypot(settings["timing_sd"], _AUXILIARY if auxiliary else 0.0))
         for key in ("sd", "main_sd", "arcing_sd"):
             sd = float(np.hypot(timing_sd, getattr(contact, key)))
             contact = contact._replace(**{key: sd})
-    if "trigger" in own:
-        at, sd = trigger_of(time, own["trigger"], moves)
-        if moves - at <= SLOWEST:
-            contact = contact._replace(trigger=at, trigger_sd=sd)
-        else:  # it may be that of another motion
-            label = label_of(settings["trigger_column"])
-            said.append(f"{label} does not rise in the {SLOWEST:g} ms before the {located.motion}")
+    if "trigger" in signals:
+        trigger, sd = trigger_of(time, signals["trigger"], moves)
+        if moves - trigger <= SLOWEST:
+            contact = contact._replace(trigger=trigger, trigger_sd=sd)
+        else:  # the trigger may belong to another motion
+            reason = f"does not rise in the {SLOWEST:g} ms before the {located.motion}"
+            remarks.append(f"{label_of(settings['trigger_column'])} {reason}")
     elif settings["trigger_column"] == 0 and located.inside.start == 0 and moves >= 0.0:
         contact = contact._replace(trigger=0.0)
-    return contact, said
+    return contact, remarks
 
 
 def times_of(
@@ -158,11 +160,12 @@ def times_of(
     closing: bool,
     begin: float,
 ) -> ContactTimes:
-    """Return the times of a contact; raise NotShownError if they are not seen, or doubtful.
+    """Return the times of a contact; raise NotShownError if they are not shown or doubtful.
 
     Args:
-        resists: Whether the channel is a resistance, as it is with a test current.
-        sides: Samples of the closed and of the open contact, ``(n,)`` of bool.
+        time, contact, current: Times, ms; channel of the contact; test current if any, ``(n,)``.
+        resists: Whether the channel is a resistance, as it always is with a test current.
+        sides: Which samples show the closed and the open contact, each ``(n,)`` of bool.
         closing, begin: As for ``_Switch``.
     """
     there = ~np.isnan(contact if current is None else current)
@@ -178,18 +181,18 @@ def times_of(
     signal = _Switch(time, (values - opened) / (closed - opened), noise / step, closing, begin)
     if current is None and not resists:
         return _of_steps(signal)
-    at, sd = signal.open_edge()
-    if current is not None and not closing:  # the contact separates anywhere in the fall
+    edge, sd = signal.open_edge()
+    if current is not None and not closing:  # the contact separates during the fall
         falls = signal.edge(1.0 - _RISE)
-        at, sd = 0.5 * (at + falls), signal.sd(at, at - falls)
-    # A current falls slowly, not to zero.
-    edges = signal.counted(signal.least if current is None else _RISE, at, sd)
+        edge, sd = 0.5 * (edge + falls), signal.sd(edge, edge - falls)
+    # Bounces count at a higher level for a current, which falls slowly and not to zero.
+    edges = signal.counted(signal.least if current is None else _RISE, edge, sd)
     rest = _level(contact[sides[0]])[0]
-    main, main_sd, arcing = _main(signal, contact, rest, at)
+    main, main_sd, arcing = _main(signal, contact, rest, edge)
     if current is None:
         return _of_range(signal, edges, (main, main_sd), (rest, arcing, opened))
-    at, sd = (at, sd) if np.isfinite(main) else (np.nan, np.nan)
-    return edges._replace(main=main, main_sd=main_sd, arcing=at, arcing_sd=sd)
+    edge, sd = (edge, sd) if np.isfinite(main) else (np.nan, np.nan)
+    return edges._replace(main=main, main_sd=main_sd, arcing=edge, arcing_sd=sd)
 
 
 def _of_range(
@@ -198,54 +201,55 @@ def _of_range(
     main: tuple[float, float],
     levels: tuple[float, float, float],
 ) -> ContactTimes:
-    """Return the times of a resistance without a current, whose range may end below the arcing
-    contact; found is when it leaves or reaches that end.
+    """Return the times of a resistance without a current, whose range may end below the resistance
+    of the arcing contact.
 
     Args:
-        main: Time and sd of the main contact, ms, nan where it is not apart.
-        levels: Logarithms of the closed, the arcing and the open contact.
+        timed: Times at which the resistance leaves or reaches the end of its range.
+        main: Time and sd of the main contact, ms; nan if not distinct from the arcing contact.
+        levels: Logarithms of the resistance of the closed, the arcing and the open contact.
     """
     rest, arcing, opened = levels
-    step, apart, (at, sd) = abs(rest - opened), np.isfinite(main[0]), timed[:2]
-    if apart and arcing - rest > np.log(_ARCING):  # a pre-insertion resistor
+    step, distinct, (time, sd) = abs(rest - opened), np.isfinite(main[0]), timed[:2]
+    if distinct and arcing - rest > np.log(_ARCING):  # a pre-insertion resistor
         return ContactTimes(*main, *main)
-    if not apart and step > np.log(_ARCING):
+    if not distinct and step > np.log(_ARCING):
         return timed
-    # Beyond the end of the range the contact conducts for as long as an e-fold takes, or a bounce.
-    folds = abs(signal.edge(1.0 / step) - at)
+    # Beyond the range's end, the contact conducts about as long as an e-fold takes, or a bounce.
+    folds = abs(signal.edge(1.0 / step) - time)
     jumps = signal.closing and folds <= max(_LASTS, np.diff(signal.time[:2])[0])
-    sd = signal.sd(at, 2.0 * max(folds, RESOLVED))
-    if apart and opened - arcing > 1.0 and not timed.bounces and not jumps:
-        return ContactTimes(at, sd, *main, at, sd)
-    if not apart and np.isnan(arcing):  # else ripple may hide the arcing contact
+    sd = signal.sd(time, 2.0 * max(folds, RESOLVED))
+    if distinct and opened - arcing > 1.0 and not timed.bounces and not jumps:
+        return ContactTimes(time, sd, *main, time, sd)
+    if not distinct and np.isnan(arcing):  # otherwise ripple may hide the arcing contact
         main = timed[:2]
-    why = "the arcing contact may conduct beyond the range of the resistance"
-    return ContactTimes(main=main[0], main_sd=main[1], why=why)
+    reason = "the arcing contact may conduct beyond the range of the resistance"
+    return ContactTimes(main=main[0], main_sd=main[1], why=reason)
 
 
 def _of_steps(signal: _Switch) -> ContactTimes:
     """Return the times of a signal that steps, such as a voltage or a binary input.
 
-    A lasting level nearer to the open contact is a pre-insertion resistor, which half of the step
-    passes over; one nearer to the closed contact may be either.
+    A lasting level nearer to the open contact is a pre-insertion resistor, which the threshold at
+    half of the step ignores; a lasting level nearer to the closed contact is ambiguous.
     """
-    at, *ends = (signal.edge(level) for level in (0.5, signal.least, 1.0 - signal.least))
+    edge, *ends = (signal.edge(level) for level in (0.5, signal.least, 1.0 - signal.least))
     between = signal.share[(signal.time > min(ends)) & (signal.time < max(ends))]
     if np.ptp(ends) > RESOLVED and np.median(between) > 0.5:
         raise NotShownError(f"it stays between open and closed for {np.ptp(ends):.1f} ms")
-    return signal.counted(0.5, at, signal.sd(at, at - signal.edge(1.0 - _RISE)))
+    return signal.counted(0.5, edge, signal.sd(edge, edge - signal.edge(1.0 - _RISE)))
 
 
 def _main(
     signal: _Switch, logs: np.ndarray, low: float, counted: float
 ) -> tuple[float, float, float]:
-    """Return when the main contact touches or separates, and the sd, ms, nan if as one; and the
-    level of the arcing contact, nan if there is none.
+    """Return the time of the main contact and its sd, ms, nan if not distinct from the arcing
+    contact; and the level of the arcing contact, nan if there is none.
 
     Args:
         logs: Logarithms of the resistance, ``(n,)``.
-        low: That of the closed contact.
-        counted: When the arcing contact switches, ms.
+        low: Logarithm of the resistance of the closed contact.
+        counted: Time at which the arcing contact switches, ms.
     """
     made = signal.time >= counted if signal.closing else signal.time <= counted
     made &= (signal.share >= signal.least) & ~np.isnan(logs)
@@ -255,23 +259,28 @@ def _main(
         return np.nan, np.nan, np.nan
     low, high = float(np.median(logs[~upper])), float(np.median(logs[upper]))
     middle = 0.5 * (low + high)
-    if not high > low + 1.0:  # a sliding contact wears as much
+    if not high > low + 1.0:  # wear of a single sliding contact makes such a difference
         return np.nan, np.nan, high
-    # The resistance of an arcing contact rises while it slides: its least one follows the step.
+    # The resistance of a sliding arcing contact rises, so its low quantile is the end of the step.
     top = np.exp(max(low + 1.0, np.quantile(logs[logs > middle], 0.1)))
-    own = signal._replace(time=signal.time[made], share=(top - np.exp(logs)) / (top - np.exp(low)))
-    crossings = own.edges(0.5)
+    share = (top - np.exp(logs)) / (top - np.exp(low))
+    main = signal._replace(time=signal.time[made], share=share)
+    crossings = main.edges(0.5)
     if not crossings.size:
         return np.nan, np.nan, high
-    at, spread = float(crossings[0]), float(np.ptp(crossings))
-    # The main contact is apart once hardly any of the current flows through it.
-    marks = own.edges(_RISE)
-    at = float([at, *marks[marks <= at]][-1] if signal.closing else [*marks[marks >= at], at][0])
-    return at, own.sd(at, spread, own.edge(1.0 - _RISE) - at), high
+    edge, spread = float(crossings[0]), float(np.ptp(crossings))
+    # The main contact is open once hardly any current flows through it.
+    marks = main.edges(_RISE)
+    last, first = [edge, *marks[marks <= edge]][-1], [*marks[marks >= edge], edge][0]
+    edge = float(last if signal.closing else first)
+    return edge, main.sd(edge, spread, main.edge(1.0 - _RISE) - edge), high
 
 
 def _as_travelled(contact: ContactTimes, located: LocatedMotion) -> ContactTimes:
-    """Return times unless they contradict the travel: a drive at rest switches no contact."""
+    """Return times that agree with the travel; raise if the drive rests when the contact switches.
+
+    Drop the time of the main contact if only that one disagrees.
+    """
     end = located.time[located.inside][located.done >= 1.0 - LEAST][:1].min(initial=np.inf)
     if contact.time > end:
         raise NotShownError(f"it switches at {contact.time:.1f} ms, after the travel has arrived")
@@ -279,11 +288,11 @@ def _as_travelled(contact: ContactTimes, located: LocatedMotion) -> ContactTimes
 
 
 def trigger_of(time: np.ndarray, trigger: np.ndarray, moves: float) -> tuple[float, float]:
-    """Return when a trigger or coil current ``(n,)`` leaves its rest before a motion, and the sd,
-    ms; nan where it does not.
+    """Return the time at which a trigger or coil current ``(n,)`` leaves its rest before a motion,
+    and the sd, ms; nan if it does not.
 
-    Its rest is that of the first tenth of the time before the first motion, at least 1 ms. Many
-    recorders start with the trigger: then the rest is that of the end.
+    The rest is the level in the first tenth of the time before the first motion, at least 1 ms.
+    Many recorders start with the trigger: then the rest is the level at the end.
     """
     there = ~np.isnan(trigger)
     time, lead = time[there], time[there] < moves
@@ -291,7 +300,7 @@ def trigger_of(time: np.ndarray, trigger: np.ndarray, moves: float) -> tuple[flo
         return np.nan, np.nan
     count = 2 * _window(time) - 1
     smooth = running_median(trigger[there], count)
-    least = white_noise(trigger[there]) * np.sqrt(0.5 * np.pi / count)  # of a median of so many
+    least = white_noise(trigger[there]) * np.sqrt(0.5 * np.pi / count)  # sd of a running median
     ends = smooth[time > time[-1] - 0.25 * (time[-1] - moves)]
     begins = smooth[time <= time[0] + max(RESOLVED, 0.1 * (moves - time[0]))]
     time, smooth = time[lead], smooth[lead]
@@ -307,7 +316,7 @@ def trigger_of(time: np.ndarray, trigger: np.ndarray, moves: float) -> tuple[flo
 
 
 def _window(time: np.ndarray) -> int:
-    """Return over how many samples a median passes over what lasts for less than a state does."""
+    """Return the window, samples, of a running median that removes states shorter than _LASTS."""
     return max(2 * int(np.ceil(_LASTS / np.median(np.diff(time)) - 1e-6)) - 1, 1)
 
 

@@ -1,10 +1,10 @@
 """Put measured records on the grid of a model: one dataset for all operations of a motion.
 
-Where the record's step divides the grid's, the grid takes whole samples. At any other rate, a time
-of the grid takes the nearest sample, moved to that time by the cubic through four samples, which
-never makes white noise larger. No sample serves two times of the grid. High rates are not averaged,
-for that would change the noise unnoticed. Rounding the first motion to a sample leaves a rest,
-which is part of the inferred onset.
+Where the record's step divides the grid's, the grid takes samples unchanged. At any other rate, a
+time of the grid takes the nearest sample, moved to that time by the cubic through four samples,
+which never increases white noise. No sample serves two times of the grid. High rates are not
+averaged, since this would change the noise unnoticed. The error of rounding the first motion to a
+sample is part of the inferred onset.
 """
 
 import logging
@@ -38,35 +38,35 @@ _MISSING = {"mode": "constant", "constant_values": np.nan}
 _REJECTED = Measured(np.nan, np.nan, "the record was rejected")
 
 
-_ON = 1e-3  # samples, by which a place, or a step of the grid, may be off whole ones
-_FEWEST = 16  # samples of a motion, which is two for each parameter
+_ON = 1e-3  # samples, tolerance by which a place, or a step of the grid, counts as an integer
+_FEWEST = 16  # samples of a motion, two for each parameter
 
 
 class Grid(NamedTuple):
-    """The model's grid, and the errors that the model takes for granted on it; a record whose own
-    are others has a remark, and None compares nothing.
+    """The model's grid, and the errors that the model assumes on it; a record with other errors
+    has a remark, and None compares nothing.
     """
 
     times: np.ndarray  # times, (t,), ms around the first motion
-    noise_sd: float | None = None  # standard deviation of the noise, mm,
-    zero_sd: float | None = None  # of the zero, mm,
-    onset_sd: float | None = None  # and of the first motion, ms
+    noise_sd: float | None = None  # standard deviation of the noise, mm
+    zero_sd: float | None = None  # standard deviation of the zero, mm
+    onset_sd: float | None = None  # standard deviation of the first motion, ms
 
 
 class Gridded(NamedTuple):
     """A record on the grid."""
 
-    travel: np.ndarray  # (t,), mm, NaN where a sample is missing
-    start: float  # its time that is 0 on the grid, ms
-    sampled: np.ndarray  # for which times its rate gives a sample, (t,) of bool
-    moved: float  # longest time by which a sample is moved, ms, 0 where all are whole
+    travel: np.ndarray  # travel, (t,), mm, NaN where a sample is missing
+    start: float  # time of the record that is 0 on the grid, ms
+    sampled: np.ndarray  # times of the grid for which the rate gives a sample, (t,) of bool
+    moved: float  # longest time by which a sample is moved, ms, 0 if samples are unchanged
 
 
 def on_grid(time: np.ndarray, travel: np.ndarray, times: np.ndarray, moves: float) -> Gridded:
     """Put a record on the grid; samples before it begins and after it ends are missing.
 
     Args:
-        time, travel: Times, ``(n,)``, ms, evenly spaced; travel, mm, NaN where one is missing.
+        time, travel: Times, ms, evenly spaced, and travel, mm, NaN where missing, ``(n,)``.
         times: The model's grid, ``(t,)``, ms around the first motion.
         moves: Time of the first motion, ms.
     """
@@ -80,7 +80,7 @@ def on_grid(time: np.ndarray, travel: np.ndarray, times: np.ndarray, moves: floa
     place = first + every * np.arange(len(times))
     nearest = np.rint(place)
     place = np.where(np.abs(place - nearest) < _ON, nearest, place)
-    # Of the times that have the same nearest sample, the one that is nearest to it has it.
+    # If several times have the same nearest sample, the nearest of them takes it.
     sampled = np.abs(place - nearest) <= 0.5 * min(every, 1.0) + _ON
     sampled[1:] &= ~(sampled[:-1] & (nearest[1:] == nearest[:-1]))
     record = np.full(len(times), np.nan)
@@ -89,7 +89,7 @@ def on_grid(time: np.ndarray, travel: np.ndarray, times: np.ndarray, moves: floa
 
 
 def _cubic(travel: np.ndarray, place: np.ndarray) -> np.ndarray:
-    """Values of the cubic through the four samples about each place; NaN where one is missing."""
+    """Interpolate at each place by the cubic through four samples; NaN if one is missing."""
     before = np.floor(place).astype(int)
     x = (place - before)[:, None]
     nodes = np.arange(-1, 3)
@@ -98,12 +98,12 @@ def _cubic(travel: np.ndarray, place: np.ndarray) -> np.ndarray:
     indices = before[:, None] + nodes
     there = (indices >= 0) & (indices < len(travel))
     samples = np.where(there, travel[np.where(there, indices, 0)], np.nan)
-    # A weight of 0 needs no sample; any other makes NaN of NaN.
+    # Samples with weight 0 may be missing; other missing samples give NaN.
     return np.where(weights == 0.0, 0.0, weights * samples).sum(axis=1)
 
 
 def check_missing(gridded: Gridded, allowed: float) -> None:
-    """Raise UnusableError where more samples are missing than a share of those of the rate."""
+    """Raise UnusableError if more than the allowed share of the grid's samples is missing."""
     count = int(gridded.sampled.sum())
     if count < min(_FEWEST, gridded.sampled.size):
         raise UnusableError(
@@ -119,8 +119,8 @@ def check_missing(gridded: Gridded, allowed: float) -> None:
 
 
 def grid_remarks(gridded: Gridded, time: np.ndarray, times: np.ndarray) -> list[str]:
-    """Return remarks where a record does not cover the grid, ``times``, or its rate does not fit;
-    ``time`` are those of the record's part, ``(n,)``, ms.
+    """Return remarks where a record's part, at ``time`` ``(n,)``, ms, does not cover the grid,
+    ``times``, or its rate does not fit.
     """
     step = float(time[-1] - time[0]) / (len(time) - 1)
     late = time[0] - gridded.start - times[0]
@@ -155,7 +155,7 @@ def read_curves(
     """Read the records of several operations.
 
     Args:
-        operations, motion: The operations, and where their records are; "closing" or "opening".
+        operations, motion: The operations with the places of their records; "closing" or "opening".
         settings: The section ``endurance.format``; missing keys have their default.
         grid, speeds: Grid of the model; definitions of the speeds.
 
@@ -163,7 +163,7 @@ def read_curves(
         Dataset over ``operation``: ``ABOUT`` of the operations, ``accepted``, ``reason``, ``file``,
         ``remarks``, the number of ``missing`` samples of ``travel`` (mm, over ``time``) and of
         ``masked`` ones of ``record`` (mm, over ``sample``: the motion as in its file),
-        ``record_noise`` and ``record_colour``: sd and correlation of its noise, ``rate``, kHz,
+        ``record_noise`` and ``record_colour``: sd and correlation of the noise, ``rate``, kHz,
         ``first_motion``: time in the file that is 0 on the grid, ms, ``contact_time`` on the grid,
         ``reaction_time`` from the trigger; and ``measured`` with sd and reason over ``quantity``.
 
@@ -174,8 +174,9 @@ def read_curves(
 
     records = read_records(operations, settings, grid, motion)
     quantities = quantities_of(motion, speeds, ("record",))
-    about = grid.times.shape, quantities, speeds
-    rows = [_row(*both, *about) for both in zip(operations, records, strict=True)]
+    shape = grid.times.shape
+    pairs = zip(operations, records, strict=True)
+    rows = [_row(*pair, shape, quantities, speeds) for pair in pairs]
     longest = max(row["record"].size for row in rows)
     for row in rows:
         row["record"] = np.pad(row["record"], (0, longest - row["record"].size), **_MISSING)
@@ -197,9 +198,9 @@ def read_curves(
 def read_records(
     operations: Sequence[Operation], settings: Mapping, grid: Grid, motion: str
 ) -> list[GriddedRecord | RejectedCurveError]:
-    """Read the records of several operations: each a record on the grid, or why it is rejected.
+    """Return a record on the grid for each operation, or the error with which it is rejected.
 
-    A record with the same samples as an earlier one is rejected as its copy.
+    A record with the same samples as an earlier record is rejected as its copy.
     """
     results: list[GriddedRecord | RejectedCurveError] = []
     first: dict[bytes, Operation] = {}
@@ -242,7 +243,7 @@ def _row(
     quantities: Collection[str],
     speeds: Sequence[Speed],
 ) -> dict:
-    """Return the values of a record by the names of the dataset, on a grid of a shape."""
+    """Return the values of a record by variable of the dataset, on a grid of a shape."""
     accepted = isinstance(result, GriddedRecord)
     row = {"accepted": accepted, "file": printable(operation.file)}
     row |= {"reason": "" if accepted else str(result), "remarks": "", "masked": 0}
@@ -265,8 +266,8 @@ def _row(
 
 
 def open_curves(stores: Sequence[str | Path], *, without: Collection[str] = ()) -> "xr.Dataset":
-    """Read stores of what ``read_curves`` returned of one motion as one dataset, without some of
-    its variables.
+    """Read stores of results of ``read_curves`` of one motion as one dataset, without some
+    variables.
 
     Raises:
         RejectedCurveError: If every operation was rejected; the first reasons are listed.

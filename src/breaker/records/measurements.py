@@ -1,12 +1,12 @@
-"""Quantities read from a record itself, with their uncertainty: what an instrument would print.
+"""Measure the quantities of a record that an analyser prints, with their uncertainty.
 
-Local fits and means at the record's own rate give them, without the model of the drive. Rest
-positions are the record's own, so its zero does not enter. The uncertainty follows from the noise
-of the record, its colour, the step of the readings, and a drive that may still move at the end. A
-wrong scale of the sensor remains unseen.
+The quantities come from local fits and means at the record's own rate, without the model of the
+drive. They refer to the rest positions of the record, so its zero does not matter. The uncertainty
+includes the noise of the record, its colour, the step of the readings, and a drive that may still
+move at the end. It does not include a wrong scale of the sensor.
 
-A quantity that the record does not show, such as touch where no contact was measured, is NaN, with
-the reason.
+A quantity that the record does not show, such as the contact touch where no contact was measured,
+is NaN, with the reason.
 """
 
 import math
@@ -29,22 +29,22 @@ from breaker.records.motion import LocatedMotion, find_segment
 from breaker.records.propagation import FEW, Trace, Uncertain, error_of
 from breaker.records.rejections import NotShownError, Remark, UnusableError
 
-_SEEN = 3.0  # sd, from which on a drift, a swing or a distance beyond a rest is not noise
-_VAGUE = 0.4  # durations, uncertainty of the first motion that hides a change of a latch
-_BEFORE = (5.0, 0.05)  # times the motion's duration, the rest before it: from, to
-_AFTER = 8.0  # times that, farthest rest after it,
-_LATE = 0.6  # share of the time after the arrival that counts
-_CALMS = 2.0  # durations after the arrival, in which a drive may swing
-_PARTS = 4  # of the rest after a motion, whose means are compared
-_DRIFTS = 0.8  # times the way that a drift goes on, its error
-_TAIL = 0.7  # share of the time after the arrival in which a drive is seen to settle
-_CERTAIN = 0.01  # strokes, the sd of where it settles at most
-# Error of a rest in times of the way in it, chosen by the coverage of simulated strokes
-# (studies.measuring, studies.exports): of one that is fitted, that moves, that noise may hide.
+_SEEN = 3.0  # sd above which a drift, a swing or a distance beyond a rest is not noise
+_VAGUE = 0.4  # durations; a wider start interval hides changes of the reaction time
+_BEFORE = (5.0, 0.05)  # durations before the first motion between which the rest before it is read
+_AFTER = 8.0  # durations after the arrival, end of the rest after the motion
+_LATE = 0.6  # share of the time after the arrival, at its end, that counts as rest
+_CALMS = 2.0  # durations after the arrival in which a drive may swing
+_PARTS = 4  # parts of the rest after a motion whose means are compared
+_DRIFTS = 0.8  # sd of the error of an extrapolated drift, as a share of the extrapolation
+_TAIL = 0.7  # share of the time after the arrival, at its end, to which settling is fitted
+_CERTAIN = 0.01  # strokes, largest sd of a settling position that is used
+# Sd of the error of a rest as a share of the travel within it, chosen by the coverage of simulated
+# strokes (studies.measuring, studies.exports): of a fitted, a moving, and a seemingly steady rest.
 _FITTED, _MOVED, _HIDES = 0.1, 1.5, 0.7
-_UNSEEN, _FADES = 0.04, 2.2  # strokes of a swing that turns there, and how fast it fades, durations
-# Share of its speed that a drive loses at once where it picks the contact up, and its sd: none if
-# the contact is elastic, a third where it is half as heavy as the drive and rigid.
+_UNSEEN, _FADES = 0.04, 2.2  # undetected swing at the arrival, strokes, and its decay per duration
+# Share of its speed that a drive loses at once where it picks the contact up, and the sd of this
+# share: 0 for an elastic contact, 1/3 for a rigid contact of half the mass of the drive.
 _PICKED_UP = 0.1, 0.2
 _SOON = 0.7  # durations after the arrival, before which no drive rests
 _SWITCHED = {
@@ -61,7 +61,7 @@ class Measured(NamedTuple):
 
     value: float  # in the quantity's unit; NaN if the record does not show it
     sd: float  # standard deviation of its error
-    reason: str  # why there is no value, "" if there is one
+    reason: str  # reason why there is no value, "" if there is a value
 
 
 _UNKNOWN = ContactTimes()
@@ -76,7 +76,7 @@ def measure_curve(
     contact: ContactTimes = _UNKNOWN,
     speeds: Sequence[Speed] = SPEEDS,
 ) -> dict[str, Measured]:
-    """Read the quantities of a curve.
+    """Measure the quantities of a curve.
 
     Args:
         time: Times, ``(n,)``, ms, evenly spaced, some of them before the first motion.
@@ -86,13 +86,13 @@ def measure_curve(
         speeds: Definitions of the speeds.
 
     Raises:
-        ValueError: If the motion is not in the curve, or its beginning is not.
+        ValueError: If the curve does not contain the motion and its beginning.
 
     Example:
         >>> time = np.arange(0.0, 100.0, 0.1)
-        >>> way = np.clip((time - 20.0) / 10.0, 0.0, 1.0)
+        >>> x = np.clip((time - 20.0) / 10.0, 0.0, 1.0)
         >>> noise = 0.05 * np.random.default_rng(1).standard_normal(time.size)
-        >>> measured = measure_curve(time, 14.0 * way**2 * (3.0 - 2.0 * way) + noise, "closing")
+        >>> measured = measure_curve(time, 14.0 * x**2 * (3.0 - 2.0 * x) + noise, "closing")
         >>> abs(measured["stroke"].value - 14.0) < 3.0 * measured["stroke"].sd < 0.1
         True
         >>> measured["closing_speed"].reason
@@ -110,10 +110,10 @@ def measure_curve(
 
 @dataclass(eq=False)
 class Reading:
-    """What is read of the part of a record that is one motion."""
+    """Measurement of one motion in a record."""
 
-    located: LocatedMotion  # that motion
-    contact: ContactTimes = _UNKNOWN  # when the contact touched or parted, and the trigger came
+    located: LocatedMotion  # the motion in its record
+    contact: ContactTimes = _UNKNOWN  # times of contact touch or separation, and of the trigger
     speeds: Sequence[Speed] = SPEEDS  # definitions of the speeds
     # currents of coil and motor, and the resistance of the contact
     currents: Currents = _NO_CURRENTS
@@ -123,7 +123,7 @@ class Reading:
         time, sign = located.time[located.inside], 1.0 if located.motion == "closing" else -1.0
         forward = sign * located.left
         done = located.done >= 0.01 * max(SHARES.values())
-        done &= time >= moves  # an outlier may lie before
+        done &= time >= moves  # excludes outliers before the motion
         if not done.any():
             raise UnusableError("the motion does not go on to 90 % of its stroke")
         self.arrival = float(time[int(done.argmax())])
@@ -132,25 +132,25 @@ class Reading:
         near = slice(*np.searchsorted(time, ends))
         kinds = located.doubts[located.inside]
         self.clipped = time[kinds == "clipped"]
-        self.ends = ends_of_range(time, located.left, moves)  # nan where the range goes on
+        self.ends = ends_of_range(time, located.left, moves)  # nan where the rest is in the range
         slips = near.start + 1 + np.flatnonzero(kinds[near.start + 1 :] == "slip")
         slips = [(k - near.start, leap_at(forward, k)) for k in slips]
-        about = *located.process, located.quantum, self.duration, segment.stroke
-        self.trace = Trace(time[near], forward[near], *about, located.ripple, slips)
+        scales = *located.process, located.quantum, self.duration, segment.stroke
+        self.trace = Trace(time[near], forward[near], *scales, located.ripple, slips)
         self._end = float(self.trace.known[-1])
         self._events: dict[str, Uncertain] = {}
 
     def with_contact(
         self, contact: ContactTimes, speeds: Sequence[Speed], currents: Currents = _NO_CURRENTS
     ) -> "Reading":
-        """Return the reading with other times of the contact; the rests are not read again."""
+        """Return the reading with other times of the contact; the rests are kept."""
         other = copy(self)
         other.contact, other.speeds, other.currents, other._events = contact, speeds, currents, {}
         return other
 
     def quantities(self) -> dict[str, Measured]:
         """Return the quantities of the motion that records show, by name."""
-        ways = {
+        methods = {
             "stroke": self.stroke,
             **dict.fromkeys(("closing_wipe", "opening_wipe"), self.wipe),
             "travel_time": lambda: self.at_share(90.0) - self.at_share(10.0),
@@ -170,11 +170,11 @@ class Reading:
             **{name: partial(self._current, name) for name in CURRENTS},
         }
         names = quantities_of(self.located.motion, self.speeds, ("record",))
-        return {name: self._measured(ways[name]) for name in names}
+        return {name: self._measured(methods[name]) for name in names}
 
-    def _measured(self, way: Callable[[], Uncertain]) -> Measured:
+    def _measured(self, method: Callable[[], Uncertain]) -> Measured:
         try:
-            result = way()
+            result = method()
         except NotShownError as error:
             return Measured(np.nan, np.nan, error.args[0])
         return Measured(result.value, self.trace.sd(result), "")
@@ -183,7 +183,7 @@ class Reading:
 
     @cached_property
     def before(self) -> Uncertain:
-        """Travel at rest before the motion, mm; a drift that is seen goes on up to the motion."""
+        """Travel at rest before the motion, mm; its error includes a drift up to the motion."""
         if math.isfinite(self.ends[0]) or (
             self.clipped.size and self.clipped[0] < self.trace.known[0]
         ):
@@ -205,37 +205,37 @@ class Reading:
         error = _DRIFTS * self._drift * (end - self.located.moves)
         error += _UNSEEN * self.located.segment.stroke * math.exp(-_FADES * after)
         means = [part.value for part in parts]
-        way = float(np.ptp(means))
-        if way < _SEEN * trace.sd(parts[-1] - parts[0]):
+        travel = float(np.ptp(means))
+        if travel < _SEEN * trace.sd(parts[-1] - parts[0]):
             rest = trace.rest(self._late, end)
-            return rest + error_of(0.0, math.hypot(error, _HIDES * way))
+            return rest + error_of(0.0, math.hypot(error, _HIDES * travel))
         rest = trace.settles(end - _TAIL * (end - self.arrival), end)
         if rest is not None and trace.sd(rest) < _CERTAIN * trace.stroke:
-            return rest + error_of(0.0, math.hypot(error, _FITTED * way))
-        return parts[-1] + error_of(0.0, math.hypot(error, _MOVED * way))
+            return rest + error_of(0.0, math.hypot(error, _FITTED * travel))
+        return parts[-1] + error_of(0.0, math.hypot(error, _MOVED * travel))
 
     @property
     def _late(self) -> float:
-        """When the time late after the motion begins, ms, which has enough samples for parts."""
+        """Time, ms, from which on the drive counts as at rest, early enough for the parts."""
         samples = (_PARTS * FEW + 2.0) * self.trace.step
         return self._end - max(_LATE * (self._end - self.arrival), samples)
 
     @cached_property
     def _parts(self) -> list[Uncertain]:
-        """Means of the parts of that time."""
+        """Mean travel in each part of the rest after the motion."""
         return self.trace.parts(self._late, self._end, _PARTS)
 
     @cached_property
     def _drift(self) -> float:
-        """How fast the reading is seen to drift late after the motion, mm/ms."""
+        """Speed of a detected drift of the reading after the motion, mm/ms; 0 if none is."""
         parts = self._parts
         if not parts or self._end - self.arrival < _CALMS * self.duration:
-            return 0.0  # a swing that dies out may pass for a drift
-        ways = np.diff([part.value for part in parts])
-        steady = (ways > 0.0).all() or (ways < 0.0).all()
-        if not steady or abs(ways.sum()) < _SEEN * self.trace.sd(parts[-1] - parts[0]):
+            return 0.0  # a swing that dies out may look like a drift
+        steps = np.diff([part.value for part in parts])
+        steady = (steps > 0.0).all() or (steps < 0.0).all()
+        if not steady or abs(steps.sum()) < _SEEN * self.trace.sd(parts[-1] - parts[0]):
             return 0.0
-        return abs(float(ways.sum())) / (self._end - self._late) * _PARTS / (_PARTS - 1)
+        return abs(float(steps.sum())) / (self._end - self._late) * _PARTS / (_PARTS - 1)
 
     def stroke(self) -> Uncertain:
         """Return the distance between the rests, mm."""
@@ -243,21 +243,21 @@ class Reading:
 
     def beyond(self) -> Uncertain:
         """Return the largest distance beyond the rest after the motion, mm."""
-        last = self.arrival + 3.0 * self.duration  # later, a swing is smaller than the first
+        last = self.arrival + 3.0 * self.duration  # later swings are smaller than the first
         if ((self.clipped > self.arrival) & (self.clipped < last)).any():
             least = float(np.nanmax(self.trace.travel)) - self.after.value
             raise NotShownError(f"{_CLIPPED} there: at least {in_digits(least, 3)} mm")
-        way = self.trace.top(self.arrival, last) - self.after
-        if way.value >= _SEEN * self.trace.sd(way):
-            return way
-        # The top of noise is above what it hides, and no distance is negative.
-        return way + error_of(max(-way.value, 0.0), abs(way.value))
+        distance = self.trace.top(self.arrival, last) - self.after
+        if distance.value >= _SEEN * self.trace.sd(distance):
+            return distance
+        # The maximum of noise exceeds the true distance, which is never negative.
+        return distance + error_of(max(-distance.value, 0.0), abs(distance.value))
 
     # ---- the start ---------------------------------------------------------------------------
 
     @cached_property
     def start(self) -> StartInterval:
-        """From when to when the drive may begin to move: anywhere, where samples show no rise."""
+        """Interval of the start of motion; up to the arrival if the samples show no rise."""
         located = self.located
         try:
             return start_interval(located.time[located.inside], located.left, located.motion)
@@ -278,7 +278,7 @@ class Reading:
 
     @property
     def start_sd(self) -> float:
-        """Standard deviation of the time that aligns records, ms: 95 % contain the interval."""
+        """Standard deviation of the first motion, ms: its 95 % interval contains the start's."""
         return max(self.located.first_motion_sd, self.start.sd_of(self.located.moves))
 
     @cached_property
@@ -291,10 +291,10 @@ class Reading:
     # ---- events ------------------------------------------------------------------------------
 
     def _event(self, kind: str) -> Uncertain:
-        """Time of touch or separation ("time"), of "main", "arcing" or "trigger", ms."""
+        """Return the time, ms, of "time" (touch or separation), "main", "arcing" or "trigger"."""
         if not np.isfinite(getattr(self.contact, kind)):
-            why = self.contact.why if kind != "trigger" else ""
-            raise NotShownError(why or _SWITCHED[kind])
+            reason = self.contact.why if kind != "trigger" else ""
+            raise NotShownError(reason or _SWITCHED[kind])
         if kind not in self._events:
             sd = getattr(self.contact, "sd" if kind == "time" else f"{kind}_sd")
             self._events[kind] = error_of(getattr(self.contact, kind), sd)
@@ -309,7 +309,7 @@ class Reading:
 
     @property
     def _event_level(self) -> Uncertain:
-        """Travel at touch or separation, mm; there the drive of an opening may lose speed."""
+        """Travel at contact touch or separation, mm; at separation the drive may lose speed."""
         if "level" not in self._events:
             at, opens = self._event("time"), self.located.motion == "opening"
             level = self.trace.at_corner(at, *_PICKED_UP) if opens else self.trace.at(at)
@@ -323,8 +323,8 @@ class Reading:
 
     def arcing_wipe(self) -> Uncertain:
         """Return the travel between the main and the arcing contact, mm."""
-        way = self.trace.at(self._event("main")) - self.trace.at(self._event("arcing"))
-        return way if self.located.motion == "closing" else way * -1.0
+        travel = self.trace.at(self._event("main")) - self.trace.at(self._event("arcing"))
+        return travel if self.located.motion == "closing" else travel * -1.0
 
     def bounce_time(self) -> Uncertain:
         """Return the time from the first touch to the last, ms."""
@@ -343,7 +343,7 @@ class Reading:
         (begin, low), (end, high) = self.place(speed.start), self.place(speed.end)
         if not end.value > begin.value:
             raise NotShownError(f"{speed.points[1]} is not after {speed.points[0]}")
-        # A point by its travel lies within the motion, also where the rest is not certain.
+        # A point defined by travel lies within the motion even if the rest is uncertain.
         timed = speed.end.later or speed.end.unit == "ms"
         if begin.value < self.start.early or (timed and end.value > self._rests_from):
             raise NotShownError(Remark("zone-at-rest", zone=speed.words))
@@ -351,7 +351,7 @@ class Reading:
 
     @property
     def _rests_from(self) -> float:
-        """When the travel is at the rest after the motion, ms; infinite if it never is."""
+        """Time at which the travel reaches the rest after the motion, ms; infinite if never."""
         forward = 1.0 if self.located.motion == "closing" else -1.0
         done = self.trace.smooth >= forward * self.located.segment.after
         return float(self.trace.time[done][0]) + self.trace.half if done.any() else math.inf
@@ -361,7 +361,7 @@ class Reading:
         return self.place(Point(percent, "%"))[0]
 
     def place(self, point: Point) -> tuple[Uncertain, Uncertain]:
-        """Return time and travel of a point, ms and mm; the travel rises in any motion."""
+        """Return time, ms, and travel of a point, mm, which increases in either motion."""
         if point.later:
             at = self.place(replace(point, later=0.0))[0] + point.later
             return at, self.trace.at(at)

@@ -1,8 +1,8 @@
-"""The motion in a record: which part of it that is, the samples that are its own, and their noise.
+"""Locate the motion in a record, with its samples and their noise.
 
-The breaker has moved where the travel crosses from one third of its range to the opposite one:
-overtravel, rebound, bounces and a drifting rest stay within a third. All is relative to the
-record's own range, noise and speed, so neither unit nor stroke nor rate matters.
+A motion crosses from one outer third of the range of the travel to the other: over-travel, rebound,
+bounces and a drifting rest stay within a third. All limits are relative to the record's own range,
+noise and speed, so unit, stroke and rate do not matter.
 """
 
 from dataclasses import dataclass, replace
@@ -28,24 +28,24 @@ from breaker.records.rejections import (
     UnusableError,
 )
 
-_WINDOW = 2.0  # ms, of the running median: a burst of nearly half of it leaves no trace
-CLEAR = 12.0  # sd of the noise, least range of a reading in which something moves
-_BEGUN = 0.1  # of the way, from which a motion is under way; of its greatest speed, until it rests
-_NEAR = 5  # times as long as the motion, how far the rest before and after it is looked at
-_SLOW = 2 / 3  # of the greatest speed: below, touch or damper act, and the force has been seen
+_WINDOW = 2.0  # ms, window of the running median, which removes bursts of nearly half of it
+CLEAR = 12.0  # sd of the noise, smallest range of a reading in which something moves
+_BEGUN = 0.1  # share of the stroke from which a motion has begun, and of its top speed at rest
+_NEAR = 5  # durations of the motion, length of the rest that is read before and after it
+_SLOW = 2 / 3  # share of the top speed below which contact or damper brake: the record is complete
 
 
 @dataclass(frozen=True)
 class Segment:
-    """The part of a record that belongs to one motion."""
+    """Part of a record that belongs to one motion."""
 
-    begin: int  # first sample: that of the record, or the first after an earlier motion
-    end: int  # the sample after the last: the end of the record, or before the travel goes back
+    begin: int  # first sample: of the record, or after an earlier motion
+    end: int  # last sample plus one: end of the record, or before the travel goes back
     before: float  # median travel at rest before the motion, mm
-    # median travel after the motion, mm; of a drive that does not arrive, the farthest
+    # median travel after the motion, mm; the farthest travel if the drive does not arrive
     after: float
-    speed: float  # at the end, over the greatest one; 0 if the travel goes back
-    back: float  # about when the travel goes back, ms; nan if it does not
+    speed: float  # speed at the end as a share of the top speed; 0 if the travel goes back
+    back: float  # approximate time at which the travel goes back, ms; nan if it does not
 
     @property
     def arrived(self) -> bool:
@@ -54,20 +54,20 @@ class Segment:
 
     @property
     def stroke(self) -> float:
-        """Way between the rest positions, mm."""
+        """Distance between the rest positions, mm."""
         return abs(self.after - self.before)
 
 
 @dataclass(eq=False)
 class Course:
-    """A reading along a record: without noise and bursts, and its motions."""
+    """Reading along a record, its running median, and its motions."""
 
     time: np.ndarray  # times, (t,), ms, evenly spaced
-    reading: np.ndarray  # in any unit, (t,); NaN where a sample is missing
+    reading: np.ndarray  # reading in any unit, (t,); NaN where a sample is missing
 
     @cached_property
     def noise(self) -> float:
-        """Standard deviation of its noise, if samples are independent."""
+        """Standard deviation of the noise, if samples are independent."""
         return white_noise(self.reading)
 
     @property
@@ -82,13 +82,13 @@ class Course:
 
     @property
     def moves(self) -> bool:
-        """Whether it changes by more than noise does."""
+        """Whether the reading changes by more than noise."""
         return bool(np.ptp(self.smooth) > CLEAR * self.noise)
 
     @cached_property
     def crossings(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Of each motion the last sample in the third that it leaves, the first in the opposite
-        one, and whether it rises, ``(m,)`` each.
+        """Last sample of each motion in the outer third that it leaves, first sample in the other
+        outer third, and whether the reading rises, each ``(m,)``.
         """
         thirds = 3.0 * (self.smooth - self.smooth.min()) / np.ptp(self.smooth)
         outer = np.flatnonzero((thirds <= 1.0) | (thirds >= 2.0))
@@ -104,11 +104,11 @@ class Course:
 
     @cached_property
     def motions(self) -> list[Segment]:
-        """Every motion, either way."""
+        """Segments of all motions, in both directions."""
         return [self.motion(k) for k in range(self.middles.size)]
 
     def motion(self, k: int) -> Segment:
-        """Return one of the motions."""
+        """Return the segment of motion k."""
         sign = 1.0 if self.crossings[2][k] else -1.0
         done = sign * self.smooth
         begin, middle, end = _bounds(done, *[0, *self.middles.tolist(), done.size][k : k + 3])
@@ -122,24 +122,25 @@ class Course:
 
 
 def _bounds(done: np.ndarray, start: int, middle: int, stop: int) -> tuple[int, int, int]:
-    """Bounds of a motion about its middle, from the middles of those before and after it.
+    """Return begin, middle and end of a motion, from the middles of the motions around it.
 
-    It begins half way from the arrival of the one before. It ends where the one after has begun,
-    and back by twice as long as that takes to four tenths, as a force that builds up begins before.
+    The motion begins in the middle of the rest before it. It ends before the next motion begins:
+    earlier than a tenth of that motion by twice the time from a tenth to four tenths of it, since
+    a force that builds up acts early.
     """
     low, rest = done[start : middle + 1].min(), np.median(done[middle:stop])
-    way = rest - low
+    stroke = rest - low
     if start:
-        still = done <= low + _BEGUN * way
-        start = (_first(still, start) + _last(still, middle)) // 2
+        resting = done <= low + _BEGUN * stroke
+        start = (_first(resting, start) + _last(resting, middle)) // 2
     if stop < done.size:
-        begun, well = (_last(done >= rest - share * way, stop) for share in (_BEGUN, 4 * _BEGUN))
-        stop = max(middle + 1, begun - 2 * (well - begun))
+        tenth, four = (_last(done >= rest - share * stroke, stop) for share in (_BEGUN, 4 * _BEGUN))
+        stop = max(middle + 1, tenth - 2 * (four - tenth))
     return start, middle, stop
 
 
 def _rests(first: np.ndarray, second: np.ndarray, *, arrived: bool) -> tuple[float, float]:
-    """Travel at rest before and after a motion, close to it, since the rest may drift."""
+    """Return the travel at rest shortly before and after a motion, since the rest may drift."""
     low, high = first.min(), second.max()
     begun = _last(first <= low + _BEGUN * (high - low), first.size - 1)
     done = _first(second >= high - _BEGUN * (high - low), 0)
@@ -150,23 +151,23 @@ def _rests(first: np.ndarray, second: np.ndarray, *, arrived: bool) -> tuple[flo
 
 
 def _end_speed(done: np.ndarray) -> float:
-    """Speed at the end of a record over the greatest one, in a third of the time of the motion."""
-    low, way = done.min(), np.ptp(done)
-    begun, late = (_first(done >= low + share * way, 0) for share in (_BEGUN, 1.0 - _BEGUN))
+    """Return the speed at the end as a share of the top speed, over a third of the motion."""
+    low, stroke = done.min(), np.ptp(done)
+    begun, late = (_first(done >= low + share * stroke, 0) for share in (_BEGUN, 1.0 - _BEGUN))
     span = max(1, (late - begun) // 3)
     fastest = (done[span:] - done[:-span]).max(initial=0.0)
     if fastest == 0.0:
-        return 1.0  # what moves is nearer to the end than a running median sees
+        return 1.0  # the drive moves only within the last half window of the running median
     return float((done[-1] - done[-1 - span]) / fastest)
 
 
 def _first(flags: np.ndarray, start: int) -> int:
-    """First sample from one on at which a flag is set."""
+    """Return the first sample from ``start`` on at which a flag is set."""
     return start + int(flags[start:].argmax())
 
 
 def _last(flags: np.ndarray, stop: int) -> int:
-    """Last sample up to one at which a flag is set."""
+    """Return the last sample up to ``stop`` at which a flag is set."""
     return stop - int(flags[stop::-1].argmax())
 
 
@@ -178,21 +179,21 @@ def find_segment(
     begin: float = float("nan"),
     end: float = float("nan"),
 ) -> Segment:
-    """Return where in a record the motion asked for is.
+    """Return the segment of a record that is the requested motion.
 
     Args:
         time: Times of a record, ``(t,)``, ms, evenly spaced.
         travel: Travel towards closed, ``(t,)``, mm; NaN where a sample is missing.
         motion: "closing" or "opening".
-        begin, end: Part of the record to look in, ms; nan for its beginning and end.
+        begin, end: Part of the record to search, ms; nan for its beginning and end.
 
     Raises:
-        SeveralMotionsError: If the motion is in the record more than once.
-        UnusableError: If nothing moves, the motion is not in the record, or the record ends before
+        SeveralMotionsError: If the record contains the motion more than once.
+        UnusableError: If nothing moves, the record does not contain the motion, or it ends before
             the drive slows down at the touch or the damper.
     """
     first = int(np.searchsorted(time, np.nan_to_num(begin, nan=-np.inf)))
-    last = int(np.searchsorted(time, end, side="right"))  # of NaN all
+    last = int(np.searchsorted(time, end, side="right"))  # all for NaN
     time, sign = time[first:last], 1.0 if motion == "closing" else -1.0
     if (count := int((~np.isnan(travel[first:last])).sum())) < 2 * FEWEST:
         raise UnusableError(f"only {count} samples of travel in the part to look in")
@@ -207,11 +208,11 @@ def find_segment(
             "endurance.format.sign?"
         )
     if forward.sum() > 1:
-        at = time[course.middles]
-        marks = [begin, *(0.5 * (at[1:] + at[:-1])).tolist(), end]
+        middles = time[course.middles]
+        marks = [begin, *(0.5 * (middles[1:] + middles[:-1])).tolist(), end]
         raise SeveralMotionsError(
             f"has {forward.sum()} motions of {motion}, at "
-            f"{', '.join(f'{moment:.0f}' for moment in at[forward])} ms; write from and to of the "
+            f"{', '.join(f'{ms:.0f}' for ms in middles[forward])} ms; write from and to of the "
             "one that is meant into operations.csv",
             [(marks[k], marks[k + 1]) for k in np.flatnonzero(forward)],
         )
@@ -227,32 +228,32 @@ class LocatedMotion:
     """A motion in its record."""
 
     motion: str  # "closing" or "opening"
-    time: np.ndarray  # times of the whole record, (n,), ms
-    whole: np.ndarray  # its travel, (n,), mm towards closed, doubtful samples among them
+    time: np.ndarray  # times of the entire record, (n,), ms
+    whole: np.ndarray  # travel of the entire record, (n,), mm towards closed, also if doubtful
     doubts: np.ndarray  # kind of each doubtful sample, (n,) of text; "" where nothing is doubtful
-    quantum: float  # step of the reading, mm; 0 where it is fine
-    segment: Segment  # the part that is the motion
+    quantum: float  # step of the reading, mm; 0 where the step is below the noise
+    segment: Segment  # part of the record that is the motion
     moves: float  # time of the first motion, ms
     moves_sd: float  # standard deviation of its fit, ms
 
     @property
     def inside(self) -> slice:
-        """The samples of the motion."""
+        """Samples of the motion."""
         return slice(self.segment.begin, self.segment.end)
 
     @cached_property
     def sure(self) -> np.ndarray:
-        """Travel of the whole record, ``(n,)``, mm; NaN where a sample is missing or doubtful."""
+        """Travel of the entire record, ``(n,)``, mm; NaN where a sample is missing or doubtful."""
         return np.where(self.doubts == "", self.whole, np.nan)
 
     @property
     def left(self) -> np.ndarray:
-        """That of the motion."""
+        """Travel of the motion, ``(m,)``, mm; NaN where a sample is missing or doubtful."""
         return self.sure[self.inside]
 
     @cached_property
     def done(self) -> np.ndarray:
-        """Shares of the way that are done, ``(m,)``; NaN where a sample is missing or doubtful."""
+        """Travel as a share of the stroke, ``(m,)``; NaN where one is missing or doubtful."""
         return (self.left - self.segment.before) / (self.segment.after - self.segment.before)
 
     @property
@@ -271,7 +272,7 @@ class LocatedMotion:
     def process(self) -> tuple[float, float]:
         """Standard deviation of the noise of a sample, mm, and its correlation with the next.
 
-        Of the rest before the motion; of a record without rest, what is white in it.
+        Estimated at rest before the motion; without a rest, the white noise of the motion.
         """
         sd, colour = self.noise.process
         if np.isnan(sd):
@@ -280,20 +281,20 @@ class LocatedMotion:
 
     @cached_property
     def hum(self) -> tuple[float, float]:
-        """Amplitude, mm, and frequency, kHz, by which the mains swing the reading; 0 if not."""
+        """Amplitude, mm, and frequency, kHz, of mains hum in the reading; 0 if negligible."""
         amplitude, frequency = hum_of(self.time[self.inside], self.left, self.moves)
         matters = amplitude > MATTERS * self.segment.stroke
         return (amplitude, frequency) if matters else (0.0, 0.0)
 
     @cached_property
     def ripple(self) -> float:
-        """Root mean square of a ripple of the reading during the motion, mm; 0 if none is clear."""
+        """Root mean square of a ripple of the reading in the motion, mm; 0 if none is clear."""
         return max(self.segment.stroke * ripple_of(self.done), self.hum[0] / np.sqrt(2.0))
 
     @cached_property
     def first_motion_sd(self) -> float:
-        """Standard deviation of the first motion, ms: of its fit, and where the reading ripples."""
-        there = self.time[self.inside] >= self.moves  # before, another motion may end
+        """Standard deviation of the first motion, ms, by its fit and a ripple of the reading."""
+        there = self.time[self.inside] >= self.moves  # another motion may end earlier
         done = np.where(there, self.done, 0.0)
         low, high = ((done >= share).argmax() for share in (0.3 * _BEGUN, 2 * _BEGUN))
         slow = (high - low) * self.step / (1.7 * _BEGUN)  # ms/stroke

@@ -1,7 +1,7 @@
-"""Values read from a noisy curve, with errors that are propagated to first order.
+"""Measure values in a noisy curve, with errors that are propagated to first order.
 
-Every value has its slope by each sample of the curve and by each further error, so that values
-from windows that overlap have the right uncertainty together.
+Every value has its derivative by each sample of the curve and by each further error, so that the
+uncertainty of values from overlapping windows includes their correlation.
 """
 
 import math
@@ -16,15 +16,15 @@ from breaker.records.noise import filled, running_mean
 from breaker.records.rejections import NotShownError
 
 FEW = 6
-"""Samples of a local fit, two more than its numbers, and of the mean of a rest."""
+"""Fewest samples of a local fit, two more than its coefficients, and of the mean of a rest."""
 
-# Half the width of a local fit: so that the error of the cubic, this share of the stroke for a fit
-# as long as the motion, is a third of the noise's.
+# Half the width of a local fit is chosen so that the error of the cubic (_BEND of the stroke for a
+# fit as long as the motion) is a third of the error by noise.
 _WIDTH, _BEND = 11.0, 0.02
 _MEMORY = 1e-4  # correlation of samples that counts as none
-_SLIP = 0.7  # times a slip, its error: any part of it may be travel
-_NUMBERS = count()  # of errors
-_BLOCKS = 40  # means of neighbouring samples in which a rest is looked for; more give the same
+_SLIP = 0.7  # sd of the error of a slip, as a share of its size: any part of it may be travel
+_NUMBERS = count()  # numbers of errors
+_BLOCKS = 40  # means of neighbouring samples to which settling is fitted; more give the same
 
 
 @dataclass(eq=False)
@@ -33,10 +33,10 @@ class LocalCubic:
 
     near: float  # the time, ms
     half: float  # half of the width, ms
-    shares: np.ndarray  # times of samples from near on, over half, (w,)
-    travel: np.ndarray  # of these, (w,), mm
-    window: np.ndarray  # their places, (w,)
-    error: float  # of the fit itself, mm
+    shares: np.ndarray  # times of the samples relative to near, divided by half, (w,)
+    travel: np.ndarray  # travel of the samples, (w,), mm
+    window: np.ndarray  # places of the samples, (w,)
+    error: float  # error of the cubic itself, mm
 
     def __post_init__(self) -> None:
         powers = self.shares[:, None] ** np.arange(4)
@@ -53,12 +53,12 @@ class LocalCubic:
         return float(self._basis(time, order) @ self._coefficients)
 
     def weights(self, time: float, order: int = 0) -> np.ndarray:
-        """Return the weights of the samples in that value, ``(w,)``."""
+        """Return the weights of the samples in the value or derivative, ``(w,)``."""
         return self._basis(time, order) @ self._inverse
 
     def solve(self, time: float, value: float, order: int = 0) -> float:
-        """Return the time in the window, near another, at which the fit has a value."""
-        for _ in range(6):  # of Newton's method, which doubles the digits
+        """Return the time in the window, near ``time``, at which the fit has a value."""
+        for _ in range(6):  # steps of Newton's method, which doubles the correct digits
             slope = self.value(time, order + 1)
             step = (self.value(time, order) - value) / slope if slope else 0.0
             time = min(max(time - step, self.near - self.half), self.near + self.half)
@@ -66,16 +66,16 @@ class LocalCubic:
 
 
 def settling(travel: np.ndarray) -> tuple[float, np.ndarray] | None:
-    """Return where travel comes to rest, mm, and the weights of its samples in that, ``(n,)``.
+    """Return the position at which travel comes to rest, mm, and its sample weights, ``(n,)``.
 
-    Late in a motion ``y'' + r y' + s (y - e) = 0``, a damped swing or the sum of two decays about
-    the rest e. Summed twice, this is linear in r, s and s e, and sums average the noise.
+    Late in a motion, ``y'' + r y' + s (y - e) = 0``: a damped swing, or the sum of two decays,
+    about the rest e. Summed twice, the equation is linear in r, s and s e, and the noise averages.
 
     Args:
         travel: Travel, ``(n,)``, mm, evenly spaced; no sample missing.
 
     Returns:
-        None where the travel does not settle.
+        None if the travel does not settle.
     """
     n = travel.size
     sums, x = np.tri(n) / n, np.arange(n) / n
@@ -91,11 +91,11 @@ def settling(travel: np.ndarray) -> tuple[float, np.ndarray] | None:
 
 @dataclass(frozen=True, eq=False)
 class Uncertain:
-    """A value with its slopes."""
+    """A value with its derivatives."""
 
     value: float  # the value
-    slope: np.ndarray | float  # by each sample of the curve, (n,)
-    # by each further error, in its standard deviations, by number
+    slope: np.ndarray | float  # derivative by each sample of the curve, (n,)
+    # derivative by each further error, in its standard deviations, by the number of the error
     errors: Mapping[int, float] = field(default_factory=dict)
 
     def __add__(self, other: "Uncertain | float") -> "Uncertain":
@@ -119,43 +119,43 @@ class Uncertain:
 
 
 def error_of(value: float, sd: float) -> Uncertain:
-    """Return a value with an error of its own."""
+    """Return a value with an independent error."""
     return Uncertain(value, 0.0, {next(_NUMBERS): sd})
 
 
 @dataclass(eq=False)
 class Trace:
-    """A curve of one motion, in its direction."""
+    """Curve of one motion, whose travel increases."""
 
     time: np.ndarray  # times, (n,), ms, evenly spaced
     # travel in the direction of the motion, (n,), mm; NaN where a sample is missing
     travel: np.ndarray
     noise: float  # standard deviation of the noise of a sample, rounding included, mm
     colour: float  # correlation of the noise of neighbouring samples
-    quantum: float  # step of the reading, mm; 0 where it is fine
-    duration: float  # about how long the motion takes, ms
-    stroke: float  # about its distance, mm
+    quantum: float  # step of the reading, mm; 0 where the step is below the noise
+    duration: float  # approximate duration of the motion, ms
+    stroke: float  # approximate distance between the rests, mm
     ripple: float = 0.0  # root mean square of a ripple of the reading while the drive moves, mm
-    # samples from which on the reading is off by an unknown part of so many mm
+    # slips: samples from which on the reading is wrong by an unknown share of a size, mm
     slips: Sequence[tuple[int, float]] = ()
 
     def __post_init__(self) -> None:
         self._there = ~np.isnan(self.travel)
         self.known = self.time[self._there]
         self.step = float(self.time[1] - self.time[0])
-        # Factor by which colour makes the variance of a mean of many samples larger.
-        self.alike = (1.0 + self.colour) / (1.0 - self.colour)
+        # Factor by which coloured noise increases the variance of a mean of many samples.
+        self.inflation = (1.0 + self.colour) / (1.0 - self.colour)
 
     @cached_property
     def half(self) -> float:
         """Half the width of local fits, ms."""
-        noise = self.noise * math.sqrt(0.5 * self.alike * self.step / self.duration)
+        noise = self.noise * math.sqrt(0.5 * self.inflation * self.step / self.duration)
         share = (_WIDTH * noise / self.stroke) ** 0.4
         return max(share * self.duration, 0.5 * (FEW - 1) * self.step)
 
     @cached_property
     def smooth(self) -> np.ndarray:
-        """Running mean over the width of a local fit, ``(n,)``, to look for places."""
+        """Running mean over the width of a local fit, ``(n,)``, to find where to fit."""
         return running_mean(filled(self.travel), 2 * round(0.5 * self.half / self.step) + 1)
 
     def sd(self, result: Uncertain) -> float:
@@ -174,7 +174,7 @@ class Trace:
         """Return the mean travel between two times, at rest.
 
         Raises:
-            NotShownError: If there is no sample.
+            NotShownError: If there are no samples between the times.
         """
         window = self._window(begin, end)
         if not window.size:
@@ -183,14 +183,14 @@ class Trace:
         return mean + error_of(0.0, self._rounding())
 
     def parts(self, begin: float, end: float, count: int) -> list[Uncertain]:
-        """Return the means of equal parts of a rest, none if a part has hardly samples."""
+        """Return the means of equal parts of a rest; an empty list if a part has few samples."""
         marks = np.linspace(begin, end, count + 1)
         if min(self._window(*part).size for part in pairwise(marks)) < FEW:
             return []
         return [self.rest(*part) for part in pairwise(marks)]
 
     def settles(self, begin: float, end: float) -> Uncertain | None:
-        """Return where travel that still moves between two times comes to rest, None if unseen."""
+        """Return the position at which travel between two times settles, None if unknown."""
         window = self._window(begin, end)
         every = max(1, window.size // _BLOCKS)
         window = window[window.size % every :]
@@ -208,9 +208,9 @@ class Trace:
         return travel + moved + error_of(0.0, math.hypot(fit.error, self.ripple))
 
     def at_corner(self, time: Uncertain, lost: float, sd: float) -> Uncertain:
-        """Return the travel at a time at which a share of the speed is lost at once, with an sd.
+        """Return the travel at a time at which the drive loses a share of its speed at once.
 
-        A local cubic rounds a corner off, by 3/32 of the change of its slope over half its width.
+        A local cubic rounds this corner by 3/32 of the change of slope times half its width.
         """
         fit = self._fit(time.value)
         change = 3.0 / 32.0 * fit.value(time.value, 1) * fit.half
@@ -219,13 +219,14 @@ class Trace:
     def reaches(
         self, level: Uncertain, after: float = -math.inf, *, before: float | None = None
     ) -> Uncertain:
-        """Return the first time after another one at which the travel is at a level.
+        """Return the first time after ``after`` at which the travel reaches a level.
 
         Args:
-            before: If given, the last time before this one instead, ms.
+            level, after: Level, mm, and time, ms.
+            before: Return the last time before this time instead, ms, if given.
 
         Raises:
-            NotShownError: If it never is.
+            NotShownError: If the travel never reaches the level.
         """
         if before is None:
             places = np.flatnonzero((self.smooth >= level.value) & (self.time > after))
@@ -246,40 +247,40 @@ class Trace:
 
     def top(self, begin: float, end: float) -> Uncertain:
         """Return the largest travel between two times, as the top of a local fit."""
-        stop = min(end, float(self.known[-2]))  # a fit has samples on both sides
+        stop = min(end, float(self.known[-2]))  # a fit needs samples on both sides
         later = self._window(min(begin, stop), stop)
         fit = self._fit(float(self.time[later[int(self.smooth[later].argmax())]]))
         time = min(fit.solve(fit.near, 0.0, 1), float(self.known[-1]))
         travel = self._of(fit.value(time), fit.window, fit.weights(time))
-        # The top of a noisy curve is higher than that of its mean, by half the variance of its
-        # slope over its bend; without this, over-travels are 0.3 sds too large.
+        # Noise raises the top by half the variance of the slope over the second derivative:
+        # without this correction, over-travels are 0.3 sds too large.
         slope = self.sd(self._of(0.0, fit.window, fit.weights(time, 1)))
         bend = max(-fit.value(time, 2), slope / fit.half)
         return travel + (-0.5 * slope**2 / bend if bend > 0.0 else 0.0)
 
     def _window(self, begin: float, end: float) -> np.ndarray:
-        """Samples between two times that are there."""
+        """Return the places of the samples between two times that are not missing."""
         return np.flatnonzero((self.time >= begin) & (self.time <= end) & self._there)
 
     def _of(self, value: float, window: np.ndarray, weights: np.ndarray | float) -> Uncertain:
-        """Value that is a weighted sum of the samples in a window."""
+        """Return a value whose derivatives by the samples in a window are ``weights``."""
         slope = np.zeros(self.time.size)
         slope[window] = weights
         return Uncertain(value, slope)
 
     def _rounding(self, spread: float = 0.0) -> float:
-        """Error of rounding, mm, of a mean of readings of travel that spreads by an sd.
+        """Return the sd of the rounding error, mm, of a mean of readings with a spread, mm.
 
-        Noise across several steps averages it out, and motion across them evens it out.
+        Noise and motion across several steps of the reading average the rounding error.
         """
         if not self.quantum:
             return 0.0
-        alone = self.quantum / math.sqrt(12.0)
-        noise = max(self.noise**2 - alone**2, 0.0) / self.quantum**2
-        return alone * math.exp(-2.0 * math.pi**2 * noise) / (1.0 + spread / alone)
+        single = self.quantum / math.sqrt(12.0)
+        noise = max(self.noise**2 - single**2, 0.0) / self.quantum**2
+        return single * math.exp(-2.0 * math.pi**2 * noise) / (1.0 + spread / single)
 
     def _fit(self, near: float) -> LocalCubic:
-        """Cubic through the samples about the sample next to a time."""
+        """Return the cubic fitted to the samples around the sample nearest to a time."""
         centre = round((near - float(self.time[0])) / self.step)
         for half in (self.half, 2.0 * self.half):  # wider where samples are missing
             reach = int(half / self.step + 1e-6)
