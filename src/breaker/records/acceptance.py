@@ -1,4 +1,4 @@
-"""Read a folder of records before any training; report what is accepted, and why not the rest."""
+"""Read a folder of records before training; report accepted records and reasons of rejection."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
@@ -16,7 +16,7 @@ from breaker.records.proposal import ITEM, alike
 
 
 class CheckedRecord(NamedTuple):
-    """A record: its file, why it was rejected, remarks, and noise at rest and stroke, mm."""
+    """Record: its file, reason of rejection, remarks, and noise at rest and stroke, mm."""
 
     file: str
     reason: str = ""
@@ -26,8 +26,8 @@ class CheckedRecord(NamedTuple):
 
 
 class CheckedGroup(NamedTuple):
-    """Records of one motion, of one breaker and phase where a table names them, or why they could
-    not be listed.
+    """Records of one motion, of one breaker and phase if a table names them, or the error in
+    listing them.
     """
 
     name: str
@@ -60,10 +60,10 @@ def check_folder(
         }
     except ValueError:
         rows = set()  # no table, or listing the operations reports what is wrong with it
-    of = [(b, p) for b, p in sorted(rows) if breaker in (None, b) and phase in (None, p)]
+    poles = [(b, p) for b, p in sorted(rows) if breaker in (None, b) and phase in (None, p)]
     groups = []
     for motion in motions:
-        for breaker, phase in of or [chosen]:
+        for breaker, phase in poles or [chosen]:
             name = " ".join(filter(None, [breaker, phase, motion]))
             which = {"breaker": breaker, "phase": phase, "events": endurance["events"]}
             try:
@@ -80,12 +80,12 @@ def _checked(operation: Operation, result: GriddedRecord | RejectedCurveError) -
     file = printable(operation.file)
     if not isinstance(result, GriddedRecord):
         return CheckedRecord(file, str(result))
-    about = result.noise.sd, result.record.segment.stroke
-    return CheckedRecord(file, "", "; ".join(result.remarks), *about)
+    noise, stroke = result.noise.sd, result.record.segment.stroke
+    return CheckedRecord(file, "", "; ".join(result.remarks), noise, stroke)
 
 
 def document_of(groups: Sequence[CheckedGroup]) -> Document:
-    """Return a table of what was accepted, and the reasons and remarks, each once."""
+    """Return a table of the numbers of accepted records, and the reasons and remarks, each once."""
     head = ("", "records", "accepted", "with remarks", "rejected", "stroke (mm)", "noise (mm)")
     rows, texts = [], {"Rejected:": [], "Remarks on accepted records:": []}
     for group in groups:
@@ -112,7 +112,7 @@ def _range(values: Sequence[float]) -> str:
 
 
 def _grouped(texts: Sequence[tuple[str, str, str]]) -> list[Remark]:
-    """Return texts that differ in numbers alone once: how many they are, and the first."""
+    """Return one line for texts that differ only in numbers: their count, and the first text."""
     lines = []
     for members in sorted(alike(texts), key=len, reverse=True):
         name, file, text = members[0]

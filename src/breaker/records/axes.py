@@ -1,9 +1,9 @@
-"""The two axes of a record: its times in ms, in even steps, and its travel in mm towards closed.
+"""Convert the two axes of a record: times to even steps in ms, readings to mm towards closed.
 
-An instrument samples at an even rate. Printed times are uneven by their last digit, and skip what
-was not stored: a gap of whole steps. A record with any other times is refused.
+An instrument samples at an even rate. Printed times are uneven by their last digit, and skip
+samples that were not stored, by an integer number of steps. Records with other times are rejected.
 
-A length needs its unit alone; degrees, volts or counts need the mm of one of them, ``ratio``, or a
+A length needs only its unit; degrees, volts or counts need ``ratio``, the mm of one of them, or a
 table of readings and mm.
 """
 
@@ -18,17 +18,17 @@ from breaker.records.files import RejectedCurveError, read_bytes
 from breaker.records.rejections import Remark, UnusableError
 from breaker.records.settings import READABLE, SAME_RATE, TO_MM, TO_MS
 
-_UNEVEN = 0.25  # steps, by which a step may be off whole ones: half way to the next half
-_PRINTED = 0.1  # steps, by which times and readings are off that are printed with digits enough
-_SPARSE = 10  # places for a sample: no gap takes more memory than that
+_UNEVEN = 0.25  # steps, largest deviation of a step from an integer number of steps
+_PRINTED = 0.1  # steps, largest deviation of times and readings that are printed with enough digits
+_SPARSE = 10  # largest ratio of places to samples; bounds the memory for missing samples
 _FEW = 0.05  # share that noise explains: of a table's width, of samples beyond, of equal readings
-_SMALL = 10  # quanta of a step by which a quantum is measured; a tenth of the steps is smaller
+_SMALL = 10  # quanta, largest step that determines a quantum, from the smallest tenth of the steps
 
 
 def even_times(
     time: np.ndarray | None, lines: np.ndarray, settings: Mapping
 ) -> tuple[np.ndarray, np.ndarray, str]:
-    """Return times without gaps, ``(t,)``, ms; where among them the samples are; and a remark.
+    """Return even times, ``(t,)``, ms; the places of the samples among these; and a remark.
 
     Args:
         time: Times, ``(n,)``, in the file's unit; None if the file has none.
@@ -55,7 +55,7 @@ def even_times(
             f"one sample every {median:.4g} ms, not every {fast:.4g} to {slow:.4g} ms; is "
             f"endurance.format.time_unit {(fits or [unit])[0]!r}?"
         )
-    # Of many steps together, the mean is better than one that was printed.
+    # The mean of many steps is more precise than a single printed step.
     single = steps[np.rint(steps / median) <= 1.0]
     whole = np.maximum(np.rint(steps / (single.mean() if single.size else median)), 1.0)
     if whole.sum() >= _SPARSE * time.size:
@@ -69,25 +69,25 @@ def even_times(
         )
     even = time[0] + step * np.arange(int(place[-1]) + 1)
     off = np.abs(time - even[place]) / step
-    odd = np.abs(steps / step - whole) > _UNEVEN
-    odd[off[1:].argmax()] |= off.max() > 2 * _UNEVEN
-    _refuse(odd, lines, f"times are uneven before this line, in steps of {step:.4g} ms else")
+    uneven = np.abs(steps / step - whole) > _UNEVEN
+    uneven[off[1:].argmax()] |= off.max() > 2 * _UNEVEN
+    _refuse(uneven, lines, f"times are uneven before this line, in steps of {step:.4g} ms else")
     even[place] = time
     remark = Remark("uneven", step=f"{step:.4g}", off=f"{step * off.max():.2g}")
     return even, place, remark if off.max() > _PRINTED else ""
 
 
-def _refuse(odd: np.ndarray, lines: np.ndarray, reason: str) -> None:
-    """Refuse odd steps, ``(n - 1,)`` of bool, with the line behind the first."""
-    if odd.any():
-        raise UnusableError(reason, line=int(lines[int(odd.argmax()) + 1]))
+def _refuse(wrong: np.ndarray, lines: np.ndarray, reason: str) -> None:
+    """Reject wrong steps, ``(n - 1,)`` of bool, with the line after the first wrong step."""
+    if wrong.any():
+        raise UnusableError(reason, line=int(lines[int(wrong.argmax()) + 1]))
 
 
 @dataclass(frozen=True)
 class Scale:
-    """How a reading becomes travel: by the mm towards closed for one of its unit, or for a mm of a
-    table of readings and mm, ``(2, n)``; zero is the reading of the open breaker, 0 where found in
-    each record.
+    """Conversion of a reading to travel: by the mm towards closed of one unit, or by a table of
+    readings and mm, ``(2, n)``, and its sign. ``zero`` is the reading of the open breaker, or 0 if
+    each record determines it.
     """
 
     factor: float
@@ -96,7 +96,7 @@ class Scale:
 
     @classmethod
     def from_settings(cls, settings: Mapping) -> "Scale":
-        """Build from ``endurance.format``; raise ValueError if its table is none of readings."""
+        """Build from ``endurance.format``; raise ValueError if its table is not valid."""
         zero = 0.0 if settings["zero"] == "rest" else settings["zero"]
         if settings["table"] is not None:
             return cls(float(settings["sign"]), zero, _read_table(settings["table"]))
@@ -109,10 +109,10 @@ class Scale:
         Raises:
             UnusableError: If more than a few readings are beyond the table.
         """
-        with np.errstate(over="ignore"):  # what is too large is left out by checks
+        with np.errstate(over="ignore"):  # checks remove values that are too large
             if self.table is None:
                 return self.factor * (reading - self.zero)
-        from scipy.interpolate import PchipInterpolator  # slow to import, and few need it
+        from scipy.interpolate import PchipInterpolator  # slow to import and rarely needed
 
         low, high = self.table[0, [0, -1]]
         margin = _FEW * (high - low)
@@ -125,7 +125,7 @@ class Scale:
 
 
 def _read_table(file: str | Path) -> np.ndarray:
-    """Readings, increasing, and mm, ``(2, n)``, of a CSV file with commas and decimal points."""
+    """Return increasing readings and mm, ``(2, n)``, of a CSV file with commas and points."""
     try:
         text = read_bytes(file).decode("utf-8-sig").strip()
         if "\n" not in text:
@@ -144,9 +144,9 @@ def _read_table(file: str | Path) -> np.ndarray:
 
 
 def seen_quantum(travel: np.ndarray) -> float:
-    """Return the step to which a record ``(t,)`` is rounded, mm; 0 where it is fine.
+    """Return the step to which a record ``(t,)`` is rounded, mm; 0 if the step is below the noise.
 
-    Where many neighbours are equal, the smaller steps of all others are multiples of it.
+    If many neighbours are equal, the smaller differences of the others are multiples of the step.
     """
     steps = np.abs(np.diff(travel[np.isfinite(travel)]))
     tied = np.isclose(steps, 0.0, atol=1e-9 * steps.max(initial=0.0))

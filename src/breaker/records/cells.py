@@ -1,7 +1,7 @@
-"""Cells of a text: lines split into them, and columns of them as numbers, strictly.
+"""Split lines of a text into cells, and read columns of cells as numbers, strictly.
 
-Only a plain decimal number is one: Python's ``float`` takes ``1_000``, digits of any script and
-``inf``, which no instrument writes, but a damaged file may contain.
+Only plain decimal numbers are accepted: Python's ``float`` also accepts ``1_000``, digits of any
+script and ``inf``, which no instrument writes, but a damaged file may contain.
 """
 
 from __future__ import annotations
@@ -16,30 +16,30 @@ from breaker.records.words import WORDS
 
 LARGEST_NUMBER = {"time": 1e16, "travel": 1e9}
 LARGEST_NUMBER |= dict.fromkeys(("contact", "current", "trigger", "motor"), 1e40)
-"""Largest time (those since 1970 are 2e15 microseconds) and readings. Some instruments write 9.9e37
-for the resistance of an open contact."""
+"""Largest time (since 1970 it is 2e15 microseconds) and largest readings. Some instruments write
+9.9e37 for the resistance of an open contact."""
 
 NOT_A_NUMBER = (
     "which is not a number: export plain decimal numbers without separators of thousands, empty "
     "cells for missing samples, and nothing below; see endurance.format.decimal"
 )
-"""What is wrong with a cell, and what to do about it."""
+"""Reason to reject a cell, and the remedy."""
 
 MISSING = frozenset(["", "nan", "na", "n/a", "#n/a", "-", "--", "---"])
 """Contents of the cell of a missing sample, in lower case."""
 
-_COMMENT = re.compile(r"^([#%!]|//)\s+")  # its sign is not a cell of a line of names
+_COMMENT = re.compile(r"^([#%!]|//)\s+")  # the sign is not a cell in a line of names
 _BEFORE_UNIT = re.compile(r"(?<=[^\s\])])\s+(?=[\[(])")  # the blank in `Travel (mm)`
-_NOT_ALIKE = '"([#!%/'  # signs that give a line a meaning of its own
+_SPECIAL = '"([#!%/'  # signs that give a line a special meaning
 _STATES = {word: float(state) for state, words in enumerate(WORDS["states"]) for word in words}
-# Possessive quantifiers: others would take the square of the number of digits.
+# Possessive quantifiers avoid a time that grows with the square of the number of digits.
 _NUMBER = re.compile(r"[-+]?(?:[0-9]++\.?[0-9]*+|\.[0-9]++)(?:[eE][-+]?[0-9]++)?")
 
 
 def cells_of(line: str, delimiter: str) -> list[str]:
-    """Return the cells of a line; where " " is the delimiter, several blanks count as one.
+    """Return the cells of a line; with the delimiter " ", several blanks count as one.
 
-    Lines are split one by one: an odd quotation mark, such as that of an inch, must not join lines.
+    Lines are split one by one: an unpaired quotation mark, such as an inch, must not join lines.
     """
     line = line.strip() if delimiter == " " else line.rstrip("\n")
     if delimiter == " ":
@@ -54,9 +54,9 @@ def cells_of(line: str, delimiter: str) -> list[str]:
 
 
 def columns_of_alike(lines: Sequence[str], width: int, delimiter: str) -> list[list[str]] | None:
-    """Return columns of cells, split in one step; None where a line is not a plain one."""
+    """Return columns of cells of plain lines, split in one step; None if a line is not plain."""
     joined = f"{delimiter}\0{delimiter}".join(lines)  # no text has a zero byte
-    if any(sign in joined for sign in _NOT_ALIKE):
+    if any(sign in joined for sign in _SPECIAL):
         return None
     cells, step = joined.split(None if delimiter == " " else delimiter), width + 1
     ends = cells[width::step]
@@ -72,13 +72,13 @@ def is_remark(row: Sequence[str]) -> bool:
 
 
 def strict_numbers(cells: Sequence[str], decimal: str) -> tuple[np.ndarray, list[int]]:
-    """Return cells of a column as numbers, ``(t,)``, NaN where missing, and the places of others.
-    A column of words for two states, such as ON and OFF, is one of 1 and 0.
+    """Return cells of a column as numbers, ``(t,)``, NaN where missing, and the places of other
+    cells. Words for two states, such as ON and OFF, become 1 and 0.
     """
     joined = "\n".join(cells)
     if joined.isascii() and "_" not in joined and (decimal == "." or "." not in joined):
         same = cells if decimal == "." else joined.replace(decimal, ".").split("\n")
-        with suppress(ValueError):  # a missing sample, a state, or no number
+        with suppress(ValueError):  # a missing sample, a state, or another text
             values = np.fromiter(map(float, same), float, len(cells))
             if np.isfinite(values).all():
                 return values, []
@@ -91,8 +91,8 @@ def strict_numbers(cells: Sequence[str], decimal: str) -> tuple[np.ndarray, list
 
 
 def is_number(cell: str, decimal: str) -> bool:
-    """Return whether a cell is a plain decimal number: a point that is not the decimal sign may
-    separate thousands.
+    """Return whether a cell is a plain decimal number; with a decimal comma, a cell with a point is
+    not, since the point may separate thousands.
     """
     plain = decimal == "." or "." not in cell
     return plain and bool(_NUMBER.fullmatch(cell.strip().replace(decimal, ".")))

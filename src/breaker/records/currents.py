@@ -1,10 +1,9 @@
-"""Currents of the coil and of the motor that a recorder shows of a motion, and the resistance of
-the contact.
+"""Measure the currents of coil and motor, and the resistance of the contact, during a motion.
 
-The current of a coil rises slowly, dips as the armature arrives, and is broken by the auxiliary
-contact. A motor that charges a spring draws an inrush, then its running current, until the limit
-switch. A resistance counts while its test current flows. A channel without a unit of a current or
-of a resistance has no values.
+The current of a coil rises slowly, dips as the armature arrives, and is interrupted by the
+auxiliary contact. A motor that charges a spring draws an inrush, then its running current, until
+the limit switch opens. A resistance counts while its test current flows. A channel without a unit
+of current or resistance has no values.
 """
 
 from collections.abc import Mapping
@@ -19,91 +18,90 @@ from breaker.records.contacts import CLEAR, FEWEST, LEAST, RESOLVED, SETTLED, SL
 from breaker.records.noise import filled, running_mean
 from breaker.records.rejections import NotShownError
 
-_MOTOR = 20.0  # ms of means, a period of 50 Hz; those of a coil take a third of a dip
-_PARTS = 8  # of a resistance, whose medians show its error: ripple is slower than its samples
-_FLOWS = 0.2  # of the largest, from which on a current flows: an inrush is up to five times as much
+_MOTOR = 20.0  # ms, window of the motor's rms, a period of 50 Hz
+_PARTS = 8  # parts of a resistance whose medians show its error, since its ripple is slow
+_FLOWS = 0.2  # share of the largest current above which it flows: an inrush is at most 5 times more
 
 
 class _Flow(NamedTuple):
-    """The longest flow of a current."""
+    """Longest flow of a current."""
 
-    time: np.ndarray  # (n,), ms
-    own: np.ndarray  # means or root mean squares, (n,), A
-    sd: float  # of these, A
-    step: float  # between two, ms
-    whole: bool  # whether it begins and ends within the record
+    time: np.ndarray  # times, (n,), ms
+    amperes: np.ndarray  # means or root mean squares, (n,), A
+    sd: float  # standard deviation of a mean, A
+    step: float  # time between two samples, ms
+    complete: bool  # whether the flow begins and ends within the record
 
 
 @dataclass(eq=False)
 class Currents:
-    """Currents and resistance of a record; each method that has the name of a quantity returns its
+    """Currents and resistance of a record; each method with the name of a quantity returns its
     value and sd, or raises NotShownError.
-
-    The channels, by kind, are as in the file, ``(n,)``, NaN where a sample is missing; that of the
-    coil is "trigger". ``sizes`` are A, of the contact µΩ, of their units; NaN if of neither.
     """
 
-    time: np.ndarray  # of the whole record, (n,), ms
+    time: np.ndarray  # times of the entire record, (n,), ms
+    # channels by kind, (n,), as in the file; NaN where missing; "trigger" is the coil
     channels: Mapping[str, np.ndarray] = field(default_factory=dict)
+    # A (µΩ for the contact) of one unit of a channel; NaN for other units
     sizes: Mapping[str, float] = field(default_factory=dict)
     motion: str = "closing"
     inside: slice = field(default_factory=lambda: slice(None))  # the samples of the motion
-    moves: float = np.nan  # its first motion, ms
+    moves: float = np.nan  # time of the first motion, ms
     contact: ContactTimes = field(default_factory=ContactTimes)
 
     def channel(self, kind: str) -> np.ndarray:
-        """Return a channel, ``(n,)``, A or of the contact µΩ; NaN where it has no values."""
+        """Return a channel, ``(n,)``, in A, or µΩ for the contact; NaN where it has no values."""
         if kind not in self.channels:
             return np.full(self.time.shape, np.nan)
         return self.sizes[kind] * self.channels[kind]
 
     def coil_current(self) -> tuple[float, float]:
         """Return the largest current of the coil, A."""
-        own, sd = self._coil.own, self._coil.sd
-        top = float(np.median(own[own > own.max() - 2.0 * sd]))  # of many means, not the largest
-        return top, float(np.hypot(sd, 0.5 * (own.max() - top)))
+        current, sd = self._coil.amperes, self._coil.sd
+        top = float(np.median(current[current > current.max() - 2.0 * sd]))  # less biased than max
+        return top, float(np.hypot(sd, 0.5 * (current.max() - top)))
 
     def coil_dip_time(self) -> tuple[float, float]:
         """Return the time from the trigger to the dip as the armature arrives, ms."""
-        own, sd = self._coil.own, self._coil.sd
-        from scipy.signal import find_peaks  # here, as most records have no current
+        current, sd = self._coil.amperes, self._coil.sd
+        from scipy.signal import find_peaks  # imported here, as most records have no current
 
-        least = max(CLEAR * np.sqrt(2.0) * sd, LEAST * float(own.max()))
-        dips, about = find_peaks(-own, prominence=least)
+        least = max(CLEAR * np.sqrt(2.0) * sd, LEAST * float(current.max()))
+        dips, shape = find_peaks(-current, prominence=least)
         if not dips.size:
             raise NotShownError("the coil's current shows no dip of the armature")
-        k = int(about["prominences"].argmax())
-        near = own[about["left_bases"][k] : about["right_bases"][k]]
-        low = np.flatnonzero(near <= own[dips[k]] + 2.0 * sd)
+        k = int(shape["prominences"].argmax())
+        near = current[shape["left_bases"][k] : shape["right_bases"][k]]
+        low = np.flatnonzero(near <= current[dips[k]] + 2.0 * sd)
         return self._since_trigger(dips[k], 0.5 * max(np.ptp(low) * self._coil.step, RESOLVED))
 
     def coil_off_time(self) -> tuple[float, float]:
-        """Return the time from the trigger until the current is broken, ms."""
-        if not self._coil.whole:
+        """Return the time from the trigger until the current is interrupted, ms."""
+        if not self._coil.complete:
             raise NotShownError("the current still flows when the record ends")
-        last = np.flatnonzero(self._coil.own >= 0.5 * np.median(self._coil.own))[-1]
+        last = np.flatnonzero(self._coil.amperes >= 0.5 * np.median(self._coil.amperes))[-1]
         return self._since_trigger(last, max(RESOLVED, self._coil.step))
 
     def motor_inrush(self) -> tuple[float, float]:
         """Return the largest root mean square current of the motor as it starts, A."""
-        return float(self._motor.own.max()), self._motor.sd
+        return float(self._motor.amperes.max()), self._motor.sd
 
     def motor_current(self) -> tuple[float, float]:
         """Return the median root mean square current of the motor after its inrush, A."""
-        level = self._motor.own[self._motor.own.size // 4 :]
+        level = self._motor.amperes[self._motor.amperes.size // 4 :]
         middle = float(np.median(level))
         return middle, float(np.hypot(np.median(np.abs(level - middle)), self._motor.sd))
 
     def charging_time(self) -> tuple[float, float]:
-        """Return the time for which the motor runs, s; each end is anywhere in a mean."""
-        if not self._motor.whole:
+        """Return the time for which the motor runs, s; both ends are uncertain by a window."""
+        if not self._motor.complete:
             raise NotShownError("the current flows when the record begins or ends")
         sd = np.hypot(_MOTOR, self._motor.step) / np.sqrt(6.0)
         return 1e-3 * float(np.ptp(self._motor.time)), 1e-3 * float(sd)
 
     def static_resistance(self) -> tuple[float, float]:
         """Return the resistance of the contact at rest: before an opening, after a closing, µΩ."""
-        if np.isnan(self.contact.main) and self.contact.why:  # it is not seen to be closed
+        if np.isnan(self.contact.main) and self.contact.why:  # it may not be closed
             raise NotShownError(self.contact.why)
         end = float(self.time[self.inside][-1:].sum())
         if self.motion == "closing":
@@ -119,7 +117,7 @@ class Currents:
         return self._resistance(min(ends), max(ends))
 
     def _resistance(self, begin: float, end: float) -> tuple[float, float]:
-        """The median resistance between two times, ms, while the test current flows; and its sd."""
+        """Return median and sd of the resistance between two times, ms, while current flows."""
         values, time = self.channel("contact")[self.inside], self.time[self.inside]
         if np.isnan(values).all():
             reason = "no resistance of the contact, or its column states no unit, such as [µΩ]"
@@ -128,28 +126,28 @@ class Currents:
         if "current" in self.channels:
             flows = np.nan_to_num(np.abs(self.channels["current"][self.inside]))
             there &= flows > 0.5 * flows.max()
-        own = values[there]
-        if own.size < _PARTS:
+        samples = values[there]
+        if samples.size < _PARTS:
             raise NotShownError(f"fewer than {_PARTS} samples of the resistance there")
-        middle = float(np.median(own))
+        middle = float(np.median(samples))
         if not 0.0 < middle < (1.0 - LEAST) * np.nanmax(values):
             raise NotShownError("the resistance is beyond its range there")
-        off = [abs(np.median(part) - middle) for part in np.array_split(own, _PARTS)]
-        spread = float(np.median(off)) / (0.6745 * np.sqrt(_PARTS))  # not of a rise at its end
-        return middle, float(np.hypot(spread, seen_quantum(own) / np.sqrt(12.0)))
+        off = [abs(np.median(part) - middle) for part in np.array_split(samples, _PARTS)]
+        spread = float(np.median(off)) / (0.6745 * np.sqrt(_PARTS))  # ignores a rise at its end
+        return middle, float(np.hypot(spread, seen_quantum(samples) / np.sqrt(12.0)))
 
     @cached_property
     def _coil(self) -> _Flow:
-        """The flow of the coil's current from the trigger on."""
+        """Flow of the coil's current from the trigger on."""
         if not np.isfinite(self.contact.trigger):
             raise NotShownError("no trigger: when the coil was energised is not known")
         return self._flow("trigger", self.inside, self.contact.trigger, RESOLVED)
 
     @cached_property
     def _motor(self) -> _Flow:
-        """The run of the motor after the first motion, which charges the spring again."""
+        """Run of the motor after the first motion, which charges the spring again."""
         flow = self._flow("motor", slice(None), self.moves, _MOTOR)
-        if np.ptp(flow.time) < SLOWEST:  # a motor runs for longer than a coil
+        if np.ptp(flow.time) < SLOWEST:  # a motor runs longer than a coil
             raise NotShownError(f"the motor does not run for {SLOWEST:g} ms")
         return flow
 
@@ -158,13 +156,13 @@ class Currents:
         return after, float(np.hypot(half / np.sqrt(3.0), self.contact.trigger_sd))
 
     def _flow(self, kind: str, part: slice, begin: float, width: float) -> _Flow:
-        """The longest flow from a time on, of means over a width in ms; rms of a motor's."""
+        """Return the longest flow from a time on, as means (rms for a motor) over a width, ms."""
         time, values = self.time[part], self.channel(kind)[part]
-        there, may = ~np.isnan(values), time >= begin
+        there, later = ~np.isnan(values), time >= begin
         if there.sum() < FEWEST:
             raise NotShownError("no current, or its column states no unit, such as [A]")
-        before = values[there & ~may]
-        rest = before if before.size >= FEWEST else values[there][-FEWEST:]  # it may start with it
+        before = values[there & ~later]
+        rest = before if before.size >= FEWEST else values[there][-FEWEST:]  # no rest at the begin
         current, step = filled(values) - np.median(rest), float(np.median(np.diff(time)))
         count = 2 * round(0.5 * width / step) + 1
         noise = 1.4826 * float(np.median(np.abs(np.diff(current, n=3)))) / np.sqrt(20.0)
@@ -173,10 +171,10 @@ class Currents:
             smooth = np.sqrt(np.maximum(running_mean(np.square(current), count), 0.0))
         else:
             smooth = running_mean(current * np.sign(current[int(np.abs(current).argmax())]), count)
-        flows = may & (smooth > max(_FLOWS * smooth[may].max(initial=0.0), CLEAR * sd))
+        flows = later & (smooth > max(_FLOWS * smooth[later].max(initial=0.0), CLEAR * sd))
         runs = np.flatnonzero(np.diff(flows, prepend=False, append=False)).reshape(-1, 2)
         if not runs.size:
             raise NotShownError("no current flows")
-        first, behind = runs[int(np.ptp(runs, axis=1).argmax())]
-        whole = bool((first >= count or kind != "motor") and behind <= time.size - count)
-        return _Flow(time[first:behind], smooth[first:behind], float(sd), step, whole)
+        first, end = runs[int(np.ptp(runs, axis=1).argmax())]
+        complete = bool((first >= count or kind != "motor") and end <= time.size - count)
+        return _Flow(time[first:end], smooth[first:end], float(sd), step, complete)

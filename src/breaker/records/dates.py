@@ -1,6 +1,6 @@
-"""Dates in headers, in cells of tables and in names of files. Light to import.
+"""Read dates in headers, in cells of tables and in names of files. Light to import.
 
-A date such as 03/04/2026 has two readings: another date of the same column or folder decides.
+A date such as 03/04/2026 has two readings; another date of the same column or folder decides.
 """
 
 import re
@@ -26,7 +26,8 @@ _CLOCK = re.compile(
 
 
 def dates_of(text: str) -> dict[bool, str]:
-    """Return the readings of the only date in a text as ISO 8601, by whether the day stands first.
+    """Return the readings of the only date in a text as ISO 8601; the key is True if the day is
+    first.
 
     >>> dates_of("14/03/2021"), dates_of("2021-03-02")[False]
     ({True: '2021-03-14'}, '2021-03-02')
@@ -35,12 +36,12 @@ def dates_of(text: str) -> dict[bool, str]:
     return dict(_readings(matches[0])) if len(matches) == 1 else {}
 
 
-@lru_cache(maxsize=4096)  # days of a table of half a million rows
+@lru_cache(maxsize=4096)  # number of days in a table of half a million rows
 def _readings(day: str) -> Mapping[bool, str]:
     parts = re.sub("([a-z]{3})[a-z]+", r"\1", day.lower())
     readings = {}
     for day_first in (True, False):
-        # Between points the day comes first, by the standards of all who write them.
+        # With points, the day comes first in the standards of all countries that use points.
         short = "%d %m %Y" if day_first or "." in parts else "%m %d %Y"
         for form in (short, "%Y %m %d", "%Y%m%d", "%d %b %Y"):
             with suppress(ValueError):
@@ -64,22 +65,22 @@ def clock_of(text: str) -> str:
 
 
 def day_order(dates: Iterable[Mapping[bool, str]]) -> bool | None:
-    """Return whether the day stands first, by dates in which only one order is possible; None
-    where there are none, or they contradict each other.
+    """Return whether the day is first, by dates with only one possible order; None if there are no
+    such dates, or they contradict each other.
     """
     orders = {order for readings in dates if len(readings) == 1 for order in readings}
     return orders.pop() if len(orders) == 1 else None
 
 
 def in_order(readings: Mapping[bool, str], order: bool | None = None) -> tuple[str, ...]:
-    """Return the readings of a date that remain in an order of day and month: one or two."""
+    """Return the one or two readings of a date that an order of day and month allows."""
     kept = [readings[order]] if order in readings else readings.values()
     return tuple(dict.fromkeys(kept))
 
 
 def cell_date(cell: str, order: bool | None = None) -> str:
-    """Return the date, or date and time, in a cell of a table as ISO 8601; by the order of day and
-    month of its column. Raise ValueError where it is not a date, or has two readings.
+    """Return the date, or date and time, in a cell as ISO 8601, by the column's order of day and
+    month. Raise ValueError if the cell is not a date, or has two readings.
     """
     days, clock = in_order(dates_of(cell), order), clock_of(cell)
     rest = _DATE.sub("", cell)
@@ -90,19 +91,19 @@ def cell_date(cell: str, order: bool | None = None) -> str:
 
 
 def one_date(cell: str, stated: Sequence[str], file: str | Path) -> str:
-    """Return the date of a record: its cell in the table, else the readings stated above its
-    samples, else those in its name; "" where there is none, or it has two readings.
+    """Return the date of a record from its cell in the table, else from its header, else from the
+    name of its file; "" without a date, or with two readings.
     """
     dates = [cell] if cell else stated or in_order(dates_of(Path(file).stem))
     return dates[0] if len(dates) == 1 else ""
 
 
 def instant(when: str) -> datetime:
-    """Return a date as an instant without offset: UTC where an offset is stated, else as it is."""
+    """Return a date as an instant without offset: in UTC if an offset is stated, else unchanged."""
     moment = datetime.fromisoformat(when)
     return moment if moment.tzinfo is None else moment.astimezone(UTC).replace(tzinfo=None)
 
 
 def earlier(first: str, second: str) -> bool:
-    """Return whether the second of two dates, as ISO 8601, is of an earlier day than the first."""
+    """Return whether the second of two ISO 8601 dates is on an earlier day than the first."""
     return bool(second) and second[:10] < first[:10]

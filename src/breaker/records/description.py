@@ -1,7 +1,7 @@
-"""What a file states and shows: its settings, channels and motions; no record is read here.
+"""Describe a file without reading its records: its settings, channels and motions.
 
-What is clear is a setting. Where a value is likely, it is taken with a remark; where nothing
-decides, or the file contradicts itself, the key is lacking.
+Clear values become settings. A likely value is taken with a remark; if nothing decides, or the file
+contradicts itself, the key is lacking.
 """
 
 import hashlib
@@ -25,9 +25,9 @@ from breaker.records.settings import TO_MM, TO_MS
 from breaker.records.sheet import Sheet
 from breaker.records.table_proposal import Description, InspectedMotion
 
-_STROKES = (2.0, 300.0)  # mm: of vacuum interrupters up to drives for 800 kV
-_MARGIN = 0.1  # share allowed beyond strokes: a false gain is 10 % or more
-_AT_ZERO = 0.3  # mm, up to which the open breaker rests at 0: a zero of transducers is as good
+_STROKES = (2.0, 300.0)  # mm, strokes from vacuum interrupters to drives for 800 kV
+_MARGIN = 0.1  # share by which proposed limits exceed the strokes: a false gain is 10 % or more
+_AT_ZERO = 0.3  # mm, largest reading of the open breaker that counts as 0: accuracy of transducers
 
 _FIRST = {letter.lower(): motion for letter, motion in words.MOTION_OF.items()}
 _SEQUENCE = re.compile(r"(?<![a-z])([co])(?:[-_ ]?[co]){1,2}(?![a-z])")
@@ -35,17 +35,17 @@ _SEQUENCE = re.compile(r"(?<![a-z])([co])(?:[-_ ]?[co]){1,2}(?![a-z])")
 
 @dataclass(eq=False)
 class Findings:
-    """What a file shows, before any record is read.
+    """Description of a file, before any record is read.
 
     Attributes:
-        sheet, clock: Its table, and the times of its samples.
-        every: Columns of travel, without those that move far less than others.
-        travels: Those of them that are asked for.
-        remarks: About the other columns.
-        settings: Of ``endurance.format``, by key; so are the meanings of those without a value, and
-            doubts.
-        sure: Whether text, names or contacts state the sign, and not the curve alone.
-        paired: Columns that belong to each of all travels, by motion and key of the settings.
+        sheet, clock: Table of the file, and the times of its samples.
+        every: Columns of travel, without columns that move far less than others.
+        travels: Requested columns of travel.
+        remarks: Remarks on the other columns.
+        settings: Settings of ``endurance.format``, by key.
+        lacking, doubts: Meanings of keys without a value, and doubts about values, by key.
+        sure: Whether text, names or contacts state the sign, and not only the curve.
+        paired: Columns that belong to each travel of ``every``, by motion and key of the settings.
     """
 
     sheet: Sheet
@@ -69,13 +69,14 @@ class Findings:
             column = self.sheet.column(travel.place)
             for k, closes in enumerate(closing) if travel in self.travels else ():
                 part = travel.part(k) if (closing == closes).sum() > 1 else (np.nan, np.nan)
-                at = [start + i / clock.likely_rate for i in (*part, *travel.moves(k))]
+                times = [start + i / clock.likely_rate for i in (*part, *travel.moves(k))]
                 motion = "closing" if closes else "opening"
-                channels.append(InspectedMotion(motion, column, travel.phase, *at, paired[motion]))
+                pairs = paired[motion]
+                channels.append(InspectedMotion(motion, column, travel.phase, *times, pairs))
         return channels
 
     def find_rest(self, mm: float) -> None:
-        """Find zero and stroke, by the mm of one unit of the reading."""
+        """Find zero and stroke; ``mm`` is the length of one unit of the reading."""
         strokes = mm * np.concatenate([travel.strokes for travel in self.travels])
         sign, (low, high) = self.settings["sign"], (strokes.min(), strokes.max())
         opens = [mm * (sign * travel.rests).min() for travel in self.travels]
@@ -90,8 +91,8 @@ class Findings:
 def look_at(
     file: str | Path | Opened, channel: str = "", line: int = 0, usual: str | int = ""
 ) -> Findings:
-    """Return what a file shows; of the column of travel that a channel names, or of all in its
-    first sheet, or in that of a usual one.
+    """Describe a file: the column of travel ``channel``, or all columns of travel in the first
+    sheet, or in the sheet with the column ``usual``.
 
     Raises:
         ValueError: If no column moves as a drive does, or the file cannot be read.
@@ -161,7 +162,7 @@ def _find_sign(findings: Findings) -> None:
 
 
 def _stated_first(wiring: Wiring, travel: Travel) -> str:
-    """The first motion as text, names or coils state it; empty where they do not."""
+    """Return the first motion that text, names or coils state; empty if they do not."""
     sheet = wiring.sheet
     if first := _FIRST.get(sheet.stated.operation[:1].lower()):
         return first
@@ -175,7 +176,7 @@ def _stated_first(wiring: Wiring, travel: Travel) -> str:
 
 
 def _first_by_curve(travel: Travel) -> set[str]:
-    """The first motion by a rest at 0, and by sequences C-O or O-C-O; two where these differ."""
+    """Return the first motion by a rest at 0, and by sequences C-O or O-C-O; two if they differ."""
     directions, count = set(), len(travel.rises)
     before, after = np.abs(travel.rests[0]) / travel.strokes[0]
     if min(before, after) <= FAINT < max(before, after):
@@ -186,10 +187,10 @@ def _first_by_curve(travel: Travel) -> set[str]:
 def travel_channels(
     file: str | Path | Opened, usual: str | int = ""
 ) -> dict[str, tuple[str, Mapping[str, Mapping[str, str | int]]]]:
-    """Return by column of travel the name of the channel, and the columns that belong to it.
+    """Return the name of the channel, and the columns that belong to it, by column of travel.
 
-    They are those of the first sheet, or of the one that has a usual column. The name is the phase,
-    where the file states one for each channel; else it is the column.
+    The columns are from the first sheet, or from the sheet with the column ``usual``. The name is
+    the phase if the file states one for each channel; otherwise it is the column.
     """
 
     def channels() -> dict[str, tuple[str, Mapping]]:
@@ -204,8 +205,8 @@ def travel_channels(
 
 
 def describe_file(file: str | Path | Opened, line: int = 0) -> Description:
-    """Return what a file states above its samples, or on a line that is a record, and its motions;
-    or why it is not a record.
+    """Return the header and the motions of a file, or of a line that is a record, or the reason why
+    it is not a record.
     """
     opened, stated = as_opened(file), Header()
     try:
@@ -218,7 +219,7 @@ def describe_file(file: str | Path | Opened, line: int = 0) -> Description:
     settings = findings.settings | {key: FILL_IN for key in findings.lacking if key != "sign"}
     settings = {k: value for k, value in settings.items() if k not in ("travel_column", "stroke")}
     parts = findings.motions()
-    if np.isnan(findings.clock.rate):  # nobody knows when they are
+    if np.isnan(findings.clock.rate):  # the times of the parts are unknown
         parts = [part._replace(begin=np.nan, end=np.nan) for part in parts]
     columns = np.stack([findings.sheet.columns[travel.place] for travel in findings.travels])
     samples = hashlib.sha256(columns.tobytes()).hexdigest()

@@ -1,6 +1,6 @@
-"""The number of an operation, and its phase, in the name of its file. Light to import.
+"""Find the number and the phase of an operation in the name of its file. Light to import.
 
-The only number in a name counts operations, unless it is a year or a word next to it contradicts.
+A single number in a name counts operations, unless it is a year or a word next to it contradicts.
 """
 
 import re
@@ -16,13 +16,13 @@ _UNIT = rf"[ _-]?(?:{WORDS['behind_number']})\b"
 _COUNTER = re.compile(  # six digits are a date or a time, too
     rf"(?P<before>[^0-9]*)(?P<number>[0-9]{{1,5}})(?!{_UNIT})(?:(?:[^\w%°.,]|_)[^0-9]*)?"
 )
-# Words before a number that is a channel, a version or part of a date.
+# Words before a number that show a channel, a version or a date.
 _LABELS = any_of(WORDS["labels"]["no counter"])
 _NOT_BEHIND = re.compile(rf"(?:^|[^a-z])(?:{_LABELS}|{MONTHS})[ _-]?$", re.IGNORECASE)
 
 
 def numbers_in(stems: Sequence[str]) -> list[int | None]:
-    """Return the operation number in the name of each file of a folder; None where it is in doubt.
+    """Return the operation number in the name of each file of a folder; None if it is ambiguous.
 
     >>> numbers_in(["op_0007", "op_0008_closing", "op_0009_10kHz", "notes"])
     [7, 8, None, None]
@@ -34,9 +34,9 @@ def numbers_in(stems: Sequence[str]) -> list[int | None]:
 
 
 def phases_in_names(files: Iterable[Path]) -> dict[Path, str]:
-    """Return the phase in the name of each file; of no file where one of them has none.
+    """Return the phase in the name of each file; nothing if a name lacks a phase.
 
-    A letter is a phase where names differ in it and in digits alone, and all are of one system.
+    A letter is a phase if names differ only in it and in digits, and all letters are of one system.
 
     >>> [*phases_in_names([Path("108-R 1.csv"), Path("108-Y 1.csv")]).values()]
     ['R', 'Y']
@@ -58,8 +58,8 @@ def phases_in_names(files: Iterable[Path]) -> dict[Path, str]:
 def number_poles(files: Mapping[Path, tuple[Sequence[str], str]]) -> dict[Path, int]:
     """Return the number of the operation of each file, from 1, by its phases and its day.
 
-    The first files of several phases on one day are poles of one operation, their second files are
-    the next operation. A file without a stated phase is an operation of its own.
+    On one day, the first files of several phases are poles of one operation, their second files
+    are the next operation. A file without a stated phase is a separate operation.
     """
     turns, operations, poles = Counter(), {}, {}
     for path, (phases, day) in files.items():

@@ -1,4 +1,4 @@
-"""How every file is opened: once, within bounds of memory, and without waiting. Light to import."""
+"""Open files: each once, within bounds of memory, and without waiting. Light to import."""
 
 import os
 import stat
@@ -8,23 +8,23 @@ from pathlib import Path
 from typing import TypeVar
 
 LARGEST = 64 * 2**20
-"""Bytes of the largest file, packed or unpacked; 10 s at 100 kHz take a quarter of it."""
+"""Bytes of the largest file, packed or unpacked; 10 s at 100 kHz take a quarter of this."""
 
 MOST_COLUMNS = 300
-"""Columns of the widest table; exports have at most a tenth of it."""
+"""Columns of the widest table; exports have at most a tenth of this."""
 
-_KEPT = LARGEST // 4  # bytes of files that stay opened: their numbers may take ten times as many
-_MOST_SAMPLES = 1_200_000  # a record of 10 s at 100 kHz has a million
+_KEPT = LARGEST // 4  # bytes of files that stay opened; their numbers may take ten times as many
+_MOST_SAMPLES = 1_200_000  # most samples of a record; 10 s at 100 kHz are a million
 
 _REMEDY = "export the record alone, with fewer channels or at a lower rate"
 Result = TypeVar("Result")
 
 
 class RejectedCurveError(ValueError):
-    """A curve file that cannot be used; the message is one printable line.
+    """Curve file that cannot be used; the message is one printable line.
 
     Attributes:
-        reason: Why the file cannot be used, and what to do.
+        reason: Reason why the file cannot be used, and the remedy.
         line: Line of the file that shows the reason; None if there is none.
     """
 
@@ -50,7 +50,7 @@ def read_bytes(file: str | Path) -> bytes:
     """
     content, why = b"", ""
     try:
-        if stat.S_ISREG(os.stat(file).st_mode):  # a pipe waits as it is opened, a device may act
+        if stat.S_ISREG(os.stat(file).st_mode):  # opening a pipe waits, and a device may act
             with open(file, "rb") as stream:
                 content = stream.read(LARGEST + 1)
         else:
@@ -86,7 +86,7 @@ def check_size(file: str | Path, samples: int, columns: int, *, line: int | None
 
 
 class Opened:
-    """A file with all that is derived from it, computed once, even if the file changes later."""
+    """A file and results derived from it, each computed once, even if the file changes later."""
 
     def __init__(self, file: str | Path) -> None:
         self.file = file
@@ -94,7 +94,7 @@ class Opened:
 
     @property
     def content(self) -> bytes:
-        """Its bytes; raises as ``read_bytes``."""
+        """Bytes of the file; raises as ``read_bytes``."""
         return self.companion(self.file)
 
     def companion(self, file: str | Path) -> bytes:
@@ -102,26 +102,26 @@ class Opened:
         return self.once(("content", str(file)), lambda: read_bytes(file))
 
     def once(self, key: Hashable, find: Callable[[], Result]) -> Result:
-        """Return the result of a function, which is called once for a key."""
+        """Return the result of a function, which is called once for each key."""
         if key not in self._results:
             self._results[key] = find()
         return self._results[key]
 
 
 def as_opened(file: str | Path | Opened) -> Opened:
-    """Return a file as one that is opened."""
+    """Return a file as an ``Opened``."""
     return file if isinstance(file, Opened) else Opened(file)
 
 
 class Files:
-    """Files of a command, each opened once; the last ones are kept."""
+    """Files of a command, each opened once; the last files are kept."""
 
     def __init__(self) -> None:
         self._opened: dict[str, Opened] = {}
         self._size = 0
 
     def __getitem__(self, file: str | Path) -> Opened:
-        """Return a file as one that is opened."""
+        """Return a file as an ``Opened``."""
         if (name := str(file)) not in self._opened:
             with suppress(OSError, ValueError):  # reading the file names the reason
                 self._size += os.path.getsize(file)

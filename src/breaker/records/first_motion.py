@@ -1,15 +1,15 @@
 """The first motion of a record.
 
-From rest, travel begins as ``A tau^p``, ``tau`` the time since the first motion. An
-even force makes ``p`` 2, friction somewhat less, a force that builds up more. That is fitted to the
-rest and the first rise, for many starts and a few ``p``; the time is the mean of the starts, each
-weighted by how likely it is. A threshold alone would be late by milliseconds, and later for a weak
-drive. Each length is a share of the record's own stroke, noise or time of rise, so that neither
-unit nor stroke, speed or rate matters.
+From rest, travel begins as ``A tau^p``, where ``tau`` is the time since the first motion. ``p`` is
+2 for a constant force, somewhat less with friction, and more for a force that builds up. This power
+law is fitted to the rest and the first rise for many starts and a few ``p``; the first motion is
+the mean of the starts, weighted by their likelihood. A threshold alone would be late by
+milliseconds, and later for a weak drive. All limits are relative to the record's own stroke, noise
+or rise time, so unit, stroke, speed and rate do not matter.
 
-That time serves to align records. A slow start, a creep before the main acceleration or hum of the
-mains hides when a drive truly begins to move; ``start_interval`` returns from when to when that may
-be, by all starts that the noise allows: of any of the powers, and with a creep before them.
+The first motion serves to align records. A slow start, a creep before the main acceleration or
+mains hum hides the true start of motion. ``start_interval`` returns an interval for it, from all
+starts that the noise allows, with any of the powers and with a creep before them.
 """
 
 from typing import NamedTuple
@@ -21,69 +21,73 @@ from breaker.records.motion import CLEAR, Course
 from breaker.records.noise import white_noise
 from breaker.records.rejections import FEWEST, UnusableError
 
-# The rise that is fitted, in the interval so low that its shape is simple, and for one start:
-_HEIGHTS = 15.0, 30.0  # sd of the noise,
-_LEAST, _MOST = (0.004, 0.03), 0.2  # of the way, and at most,
-_RESTS = 8.0  # spreads of the rest before it at least
-_ON = 2.25  # times that rise: at even force half as late again
-_APART = 10  # samples, least time between the two; if not, both are higher,
-_HIGHER, _HIGHEST = 1.25, 0.4  # times as high, up to so much of the way
-_REST = 8  # times as long as from the one to the other, back to where the fit begins
-_POWERS = np.array([1.0, 1.25, 1.5, 1.85, 2.25, 2.8, 3.4, 4.0])  # of an interval, and those
-_GRADUAL = np.array([1.6, 1.85, 2.1, 2.4, 2.8, 3.3, 4.0])  # of an even force, or one that builds up
-_USUAL, _SPREAD = 1.85, 0.15  # their prior: Student's t with 3 degrees of freedom
-_FLAT = 1e-3  # of the way, least noise of such a rise: no drive begins with a power exactly
+# Height up to which the rise is fitted: for the interval (low, so its shape is simple), for a start
+_HEIGHTS = 15.0, 30.0  # sd of the noise
+_LEAST, _MOST = (0.004, 0.03), 0.2  # smallest and largest height, strokes
+_RESTS = 8.0  # smallest height in spreads of the rest before the rise
+_ON = 2.25  # second height over the first: a constant force takes 1.5 times as long to reach it
+_SEPARATION = 10  # samples, least time between the two heights; otherwise both are increased
+_HIGHER, _HIGHEST = 1.25, 0.4  # factor of the increase, and its limit in strokes
+_REST = 8  # length of the fitted rest, in times between the two heights
+_POWERS = np.array([1.0, 1.25, 1.5, 1.85, 2.25, 2.8, 3.4, 4.0])  # powers for an interval
+_GRADUAL = np.array([1.6, 1.85, 2.1, 2.4, 2.8, 3.3, 4.0])  # powers for a start
+_USUAL, _SPREAD = 1.85, 0.15  # prior of the powers: Student's t with 3 degrees of freedom
+_FLAT = 1e-3  # strokes, least noise of a rise: no drive follows a power law exactly
 _MOST_COLOUR = 0.5  # correlation of neighbours that counts; a counter's steps are more correlated
-_STARTS = 45  # tried at first, and as many again between the likely ones
-_UNLIKELY = 1e-4  # times the greatest likelihood
-_MEANS = 80  # of neighbouring samples that are fitted; more give the same coverage
-_VAGUE = 0.25  # of the time of a rise: its gap or the uncertainty of its start at most
-_BEFORE = 0.1  # of that time, least rest before it
-_CREEPS = np.array([0.06, 0.12, 0.25, 0.5, 1.0, 2.0])  # durations of the motion
-_CREEP_WAY = (0.004, 0.03)  # of the stroke: less is not counted as motion
-_CREEP_ENDS = np.linspace(0.6, 1.4, 5)  # later or earlier, by the shape of the creep
+_STARTS = 45  # number of starts tried at first, and again between the likely ones
+_UNLIKELY = 1e-4  # share of the greatest likelihood below which a start is dropped
+_MEANS = 80  # means of neighbouring samples that are fitted; more give the same coverage
+_VAGUE = 0.25  # largest run of missing samples, and sd of the start, as a share of the rise time
+_BEFORE = 0.1  # least rest before the start, as a share of the rise time
+_CREEPS = np.array([0.06, 0.12, 0.25, 0.5, 1.0, 2.0])  # lengths of creeps, durations of the motion
+_CREEP_TRAVEL = (0.004, 0.03)  # travel of a creep, strokes: less does not count as motion
+_CREEP_ENDS = np.linspace(0.6, 1.4, 5)  # lengths of a creep relative to that fitted, by its shape
 _ANY_POWER, _ODDS = 0.2, 0.03  # probabilities of other powers, and of a creep or of hum
-_HUM = (0.05, 0.06)  # 1/ms
-_INEXACT = 3.5  # times the variance, since no start has exactly one of these shapes
+_HUM = (0.05, 0.06)  # frequencies of the mains, 1/ms
+_INEXACT = 3.5  # factor of the variance, since no start has exactly one of these shapes
 
 
 class _Rise:
-    """The largest rise of a record above its rest shortly before: its height ``way``, mm, about how
-    long the motion takes, the median ``low`` of the rest before, which may drift, and its spread.
+    """Largest rise of a record: its height ``stroke``, mm, the approximate ``duration`` of the
+    motion, and the median ``low`` and ``spread`` of the rest shortly before, which may drift.
     """
 
     def __init__(self, time: np.ndarray, travel: np.ndarray, motion: str) -> None:
-        self.time, self.travel = time, travel if motion == "closing" else -travel  # it rises
+        self.time, self.travel = time, travel if motion == "closing" else -travel  # increasing
         self.smooth = smooth = Course(time, self.travel).smooth
         noise = max(white_noise(travel), _spread(self.travel - smooth))
         self.noise = max(noise, seen_quantum(travel) / np.sqrt(12.0))
         lowest = np.minimum.accumulate(smooth)
         self._top = int((smooth - lowest).argmax())
         self.low = lowest[self._top]
-        self.way = float(smooth[self._top] - self.low)
-        if self.way <= CLEAR * self.noise:
-            raise UnusableError(f"no motion: the travel rises by no more than {self.way:.2f} mm")
+        self.stroke = float(smooth[self._top] - self.low)
+        if self.stroke <= CLEAR * self.noise:
+            raise UnusableError(f"no motion: the travel rises by no more than {self.stroke:.2f} mm")
         tenth, most = self.last_below(0.1), self.last_below(0.9)
         self.duration = 1.25 * max(float(time[most] - time[tenth]), 4.0 * float(time[1] - time[0]))
         rest = slice(*np.searchsorted(time, time[tenth] - self.duration * np.array([3.0, 0.5])))
         rest = smooth[rest] if rest.stop > rest.start else smooth[: tenth + 1]
         self.low, self.spread = float(np.median(rest)), _spread(rest - np.median(rest))
-        self.way = float(smooth[self._top] - self.low)
+        self.stroke = float(smooth[self._top] - self.low)
 
     def last_below(self, share: float) -> int:
-        """Last sample before the top below a share of the way."""
-        below = self.smooth[self._top :: -1] < self.low + share * self.way
+        """Return the last sample before the top that is below a share of the stroke."""
+        below = self.smooth[self._top :: -1] < self.low + share * self.stroke
         return self._top - int(below.argmax())
 
     def clear(self, which: int) -> tuple[int, int]:
-        """``below`` the height that is clear of noise and rest: of an interval 0, of a start 1."""
+        """Return ``below`` for the height that is clear of noise and rest: 0 is the height for an
+        interval, 1 for a start.
+        """
         height = max(_HEIGHTS[which] * self.noise, _RESTS * self.spread)
-        return self.below(float(np.clip(height / self.way, _LEAST[which], _MOST)))
+        return self.below(float(np.clip(height / self.stroke, _LEAST[which], _MOST)))
 
     def below(self, share: float) -> tuple[int, int]:
-        """Last samples below a share of the way, or a higher one, and ``_ON`` times that."""
+        """Return the last samples below a share of the stroke, increased until they are well
+        separated, and below ``_ON`` times this share.
+        """
         last = on = 0
-        while on - last < _APART and share < _HIGHEST:
+        while on - last < _SEPARATION and share < _HIGHEST:
             last, on = self.last_below(share), self.last_below(_ON * share)
             share *= _HIGHER
         return last, on
@@ -91,8 +95,8 @@ class _Rise:
     def part(
         self, first: int, last: int, least: float = 0.0
     ) -> tuple[np.ndarray, np.ndarray, float]:
-        """Times and travel between two samples, as means of neighbours, ``(n,)``, without the mean
-        of all; and the variance of their noise, whose sd is some mm at least.
+        """Return times and centred travel between two samples, as means of neighbours, ``(n,)``,
+        and the variance of their noise; the noise of a sample is at least ``least``, mm.
         """
         there = first + np.flatnonzero(~np.isnan(self.travel[first : last + 1]))
         if there.size < FEWEST:
@@ -122,7 +126,7 @@ def first_motion(time: np.ndarray, travel: np.ndarray, motion: str) -> tuple[flo
     rise = _Rise(time, travel, motion)
     last, on = rise.clear(1)
     first = max(0, last - _REST * max(2, on - last))
-    start, sd = _start(*rise.part(first, last, _FLAT * rise.way))
+    start, sd = _start(*rise.part(first, last, _FLAT * rise.stroke))
     _check(rise, first, last, start)
     if sd > _VAGUE * (time[last] - start):
         raise UnusableError(f"the first motion is not seen: its time is uncertain by {sd:.1f} ms")
@@ -130,20 +134,21 @@ def first_motion(time: np.ndarray, travel: np.ndarray, motion: str) -> tuple[flo
 
 
 def _check(rise: _Rise, first: int, last: int, start: float) -> None:
-    """Refuse a start in a gap, or without rest before it."""
+    """Reject a start where samples are missing, or without rest before it."""
     lasts = rise.time[last] - start
     there = np.flatnonzero(~np.isnan(rise.travel[first:last]))
     known = np.append(rise.time[first + there], rise.time[last])
-    gap = np.diff(known[max(0, np.searchsorted(known, start) - 1) :]).max()
-    gap -= rise.time[1] - rise.time[0]
-    if gap > _VAGUE * lasts:
-        raise UnusableError(f"the first motion is not seen: {gap:.1f} ms of its rise are missing")
+    missing = np.diff(known[max(0, np.searchsorted(known, start) - 1) :]).max()
+    missing -= rise.time[1] - rise.time[0]
+    if missing > _VAGUE * lasts:
+        reason = f"{missing:.1f} ms of its rise are missing"
+        raise UnusableError(f"the first motion is not seen: {reason}")
     if np.isnan(rise.travel[:first]).all() and start - known[0] < _BEFORE * lasts:
         raise UnusableError("no rest before the motion: the record begins too late")
 
 
 def _start(time: np.ndarray, travel: np.ndarray, variance: float) -> tuple[float, float]:
-    """Mean and sd of the likely starts of a rise, ms, from its samples and those of the rest."""
+    """Return mean and sd of the likely starts of a rise, ms, from samples of the rest and rise."""
     rest, usual = _basis(time, 0.0), _usual(_GRADUAL)[:, None]
     starts = np.linspace(time[0], time[-2], _STARTS)
     for _ in range(2):  # once more between the likely ones
@@ -158,28 +163,28 @@ def _start(time: np.ndarray, travel: np.ndarray, variance: float) -> tuple[float
 
 
 class StartInterval(NamedTuple):
-    """When a drive begins to move."""
+    """Interval for the start of motion."""
 
-    early: float  # ends of an interval that contains it with 95 %, ms
+    early: float  # ends of the 95 % interval, ms
     late: float
-    duration: float  # about how long the motion takes, ms
+    duration: float  # approximate duration of the motion, ms
 
     def sd_of(self, time: float) -> float:
-        """Return the standard deviation by which 95 % around a time contain the interval, ms."""
+        """Return the sd for which the 95 % interval around a time contains this interval, ms."""
         return max(time - self.early, self.late - time) / 1.96
 
 
 def start_interval(time: np.ndarray, travel: np.ndarray, motion: str) -> StartInterval:
-    """Return from when to when a drive may begin to move.
+    """Return a 95 % interval for the start of motion.
 
     Args:
-        time, travel, motion: As of ``first_motion``, and it raises as that.
+        time, travel, motion: As in ``first_motion``, which states the errors, too.
 
     Example:
         >>> time = np.arange(0.0, 120.0, 0.1)
-        >>> way = 150.0 * np.clip((time - 40.0) / 50.0, 0.0, 1.0) ** 2
-        >>> found = start_interval(time, way + 0.2 * np.sin(0.1 * np.pi * time), "closing")
-        >>> bool(found.early < 40.0 < found.late < found.early + 5.0)
+        >>> travel = 150.0 * np.clip((time - 40.0) / 50.0, 0.0, 1.0) ** 2
+        >>> start = start_interval(time, travel + 0.2 * np.sin(0.1 * np.pi * time), "closing")
+        >>> bool(start.early < 40.0 < start.late < start.early + 5.0)
         True
     """
     rise = _Rise(time, travel, motion)
@@ -194,7 +199,7 @@ def start_interval(time: np.ndarray, travel: np.ndarray, motion: str) -> StartIn
         begun = mains - lengths[:, None]
         done = np.clip((time - begun[:, :, None]) / lengths[:, None, None], 0.0, 1.0)
         shapes = _rises(time, mains, _POWERS), done * np.sqrt(done)  # rises, and creeps before
-        fits = [_explained(time, travel, hum, shapes, rise.way) for hum in hums]
+        fits = [_explained(time, travel, hum, shapes, rise.stroke) for hum in hums]
         alone, creep = (np.stack(item) for item in zip(*fits, strict=True))
         creep = np.where(begun[:, None] < time[0], -np.inf, creep)
         best = max(alone.max(), creep.max())
@@ -212,44 +217,44 @@ def start_interval(time: np.ndarray, travel: np.ndarray, motion: str) -> StartIn
     order = np.argsort(starts)
     share = np.cumsum(weights[order]) / weights.sum()
     early, late = starts[order][np.searchsorted(share, (0.025, 0.975))]
-    apart = step + 0.5 * float(time[1] - time[0])  # of starts, and of samples
-    return StartInterval(float(early) - apart, float(late) + apart, rise.duration)
+    margin = step + 0.5 * float(time[1] - time[0])  # spacing of starts, and of samples
+    return StartInterval(float(early) - margin, float(late) + margin, rise.duration)
 
 
 def _lowest(rise: _Rise) -> tuple[np.ndarray, np.ndarray, float]:
-    """``part`` of the rest and of the lowest rise above its noise."""
+    """Return ``part`` of the rest and of the lowest rise that is clear of noise."""
     (last, _), time = rise.clear(0), rise.time
     first = np.searchsorted(time, time[last] - (_CREEPS[-1] + 1.5) * rise.duration)
     return rise.part(int(first), last)
 
 
 def _explained(
-    time: np.ndarray, travel: np.ndarray, hum: float, shapes: tuple[np.ndarray, ...], way: float
+    time: np.ndarray, travel: np.ndarray, hum: float, shapes: tuple[np.ndarray, ...], stroke: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Sums of squares that starts of the main motion ``(s,)`` explain: of each power, ``(p, s)``,
-    and of each length of a creep and power after it, ``(c, p, s)``.
+    """Return the sums of squares that starts of the main motion ``(s,)`` explain: for each power,
+    ``(p, s)``, and for each length of a creep and power after the creep, ``(c, p, s)``.
     """
     basis = _basis(time, hum)
-    alone = (basis.T @ travel) @ (basis.T @ travel)  # of rest and hum
+    alone = (basis.T @ travel) @ (basis.T @ travel)  # explained by rest and hum
     main, squares, shares = _fitted(shapes[0], travel, basis)
     rises = alone + np.maximum(shares, 0.0) ** 2 / squares
     creep, own, share = _fitted(shapes[1], travel, basis)
     both = np.einsum("cst,pst->cps", creep, main)
-    precision = np.maximum(own[:, None] - both**2 / squares, 1e-12)  # of the creep's way
+    precision = np.maximum(own[:, None] - both**2 / squares, 1e-12)  # of the creep's travel
     size = (share[:, None] - both * shares / squares) / precision
-    off = size - np.clip(size, *np.multiply(_CREEP_WAY, way))
+    off = size - np.clip(size, *np.multiply(_CREEP_TRAVEL, stroke))
     return rises, alone + shares**2 / squares + precision * (size**2 - off**2)
 
 
 def _basis(time: np.ndarray, hum: float) -> np.ndarray:
-    """Orthonormal basis of a rest and its hum, ``(t, b)``."""
+    """Return an orthonormal basis of a rest and its hum, ``(t, b)``."""
     known = [np.ones(time.size)]
     known += [wave(2.0 * np.pi * hum * time) for wave in (np.cos, np.sin)] if hum else []
     return np.linalg.qr(np.column_stack(known))[0]
 
 
 def _rises(time: np.ndarray, starts: np.ndarray, powers: np.ndarray) -> np.ndarray:
-    """Rises of some powers from starts ``(s,)`` on, which end at 1, ``(p, s, t)``."""
+    """Return rises of powers ``(p,)`` from starts ``(s,)`` on, which end at 1, ``(p, s, t)``."""
     with np.errstate(divide="ignore"):
         log = np.log(np.maximum(time - starts[:, None], 0.0) / (time[-1] - starts[:, None]))
     return np.exp(powers[:, None, None] * log)
@@ -258,8 +263,8 @@ def _rises(time: np.ndarray, starts: np.ndarray, powers: np.ndarray) -> np.ndarr
 def _fitted(
     shapes: np.ndarray, travel: np.ndarray, basis: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Shapes ``(..., t)`` without what an orthonormal basis ``(t, b)`` has of them, their sums of
-    squares, and of products with the travel, ``(...)``.
+    """Return shapes ``(..., t)`` orthogonal to an orthonormal basis ``(t, b)``, their sums of
+    squares, and their products with the travel, ``(...)``.
     """
     others = shapes - (shapes @ basis) @ basis.T
     squares = np.maximum(np.einsum("...t,...t->...", others, others), np.finfo(float).tiny)
@@ -267,18 +272,18 @@ def _fitted(
 
 
 def _closer(starts: np.ndarray, weights: np.ndarray) -> np.ndarray:
-    """As many starts between the likely ones."""
+    """Return equally many starts, between the likely ones."""
     likely = np.flatnonzero(weights > _UNLIKELY * weights.max())
     ends = [max(likely[0] - 1, 0), min(likely[-1] + 1, starts.size - 1)]
     return np.linspace(*starts[ends], starts.size)
 
 
 def _usual(powers: np.ndarray) -> np.ndarray:
-    """Prior of some powers."""
+    """Return the prior probabilities of powers ``(p,)``."""
     density = (1.0 + ((powers - _USUAL) / _SPREAD) ** 2 / 3.0) ** -2.0
     return density / density.sum()
 
 
 def _spread(off: np.ndarray) -> float:
-    """Standard deviation about 0 by the median."""
+    """Return the standard deviation about 0, by the median."""
     return 1.4826 * float(np.nanmedian(np.abs(off)))

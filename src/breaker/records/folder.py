@@ -1,6 +1,6 @@
-"""The operations in a folder: by its table ``operations.csv``, or by the names of its files.
+"""List the operations in a folder, by its table ``operations.csv`` or by the names of its files.
 
-Light to import: the plan of the workflow is made from it.
+Light to import, since the plan of the workflow depends on it.
 """
 
 import hashlib
@@ -31,8 +31,8 @@ _REMEDY = (
 
 
 def record_files(folder: str | Path) -> list[Path]:
-    """List the files in a folder that have the ending of a record, but for the table, hidden files
-    and locks of open workbooks (``~$``); none where the folder is not there.
+    """List the files in a folder that have the ending of a record, except the table, hidden files
+    and locks of open workbooks (``~$``); return an empty list if the folder does not exist.
     """
     return [
         Path(folder, name)
@@ -44,9 +44,9 @@ def record_files(folder: str | Path) -> list[Path]:
 
 
 def each_once(paths: Iterable[str | Path]) -> list:
-    """Return files or folders in natural order, each once, whatever names lead to it.
+    """Return files or folders in natural order, each once, even if several names lead to it.
 
-    Draws depend on the number of a record, and must not depend on the order of arguments.
+    Posterior draws depend on the number of a record, but must not depend on the order of arguments.
     """
     rising = sorted(paths, key=natural, reverse=True)
     return [*{os.path.realpath(path): path for path in rising}.values()][::-1]
@@ -62,13 +62,13 @@ def list_operations(
 ) -> list[Operation]:
     """List the operations of one motion in a folder, in the order of their numbers.
 
-    They are the rows of its table ``operations.csv``, of a breaker and phase if there are several;
-    or else the files in ``folder/motion``. Of events see ``read_manifest``.
+    The operations are the rows of the table ``operations.csv``, restricted to a breaker and phase,
+    or else the files in ``folder/motion``. For ``events`` see ``read_manifest``.
 
     Raises:
         FileNotFoundError: If there is no operation of this motion.
-        ValueError: If the table is wrong, a name has no number, two records have the same one, or a
-            choice is lacking.
+        ValueError: If the table is wrong, a name has no number, two records have the same number,
+            or a choice is lacking.
     """
     rows = _rows(folder, events)
     for name, value in {"breaker": breaker, "phase": phase}.items():
@@ -78,7 +78,7 @@ def list_operations(
             reason = f"endurance.{name} is {value}, but {printable(folder)} has {shown}"
             raise ValueError(f"{reason}; choose one, in a command by --{name} NAME, or null")
         rows = [row for row in rows if value is None or getattr(row[1], name) == value]
-    operations = [operation for of, operation in rows if of == motion]
+    operations = [operation for row_motion, operation in rows if row_motion == motion]
     if rows and not operations:
         reason = f"{Path(folder, MANIFEST)} has no operation of motion {motion}"
         raise FileNotFoundError(f"{reason}; add its rows, or leave it out of motions")
@@ -87,25 +87,26 @@ def list_operations(
         what = f"none of {len(operations)} files of {motion} is there, such as {operations[0].file}"
         raise ValueError(f"{printable(what)}; put them there, or correct {MANIFEST}")
     operations_listed = sorted(each_line(operations), key=lambda operation: operation.number)
-    for one, other in pairwise(operations_listed):
-        if one.number == other.number:
-            places = [f"{e.file}, line {e.line}" if e.line else f"{e.file}" for e in (one, other)]
-            what = f"{' and '.join(places)} are both operation {one.number}"
+    for first, second in pairwise(operations_listed):
+        if first.number == second.number:
+            pair = first, second
+            places = [f"{e.file}, line {e.line}" if e.line else f"{e.file}" for e in pair]
+            what = f"{' and '.join(places)} are both operation {first.number}"
             raise ValueError(f"{printable(what)}; {_REMEDY}")
     return operations_listed
 
 
 def each_line(operations: Iterable[Operation]) -> list[Operation]:
-    """Return operations; one for each line, with its number and date, where a file has one record
-    on each line and the operation names no line.
+    """Return operations, with an operation for each line, with its number and date, if a file has a
+    record on each line and the operation does not name a line.
     """
     listed_operations = []
-    for one in operations:
-        rows = [] if one.line else records_in(one.file)
+    for operation in operations:
+        rows = [] if operation.line else records_in(operation.file)
         listed_operations += [
-            replace(one, line=row.line, number=row.number, date=row.date or one.date)
+            replace(operation, line=row.line, number=row.number, date=row.date or operation.date)
             for row in rows
-        ] or [one]
+        ] or [operation]
     return listed_operations
 
 
@@ -116,33 +117,31 @@ def _from_names(folder: Path) -> list[Operation]:
             f"{printable(folder)}/ has no file of a record ({' '.join(ENDINGS)}); endurance.curves "
             f"must name a folder with a subfolder for each motion, or with a table {MANIFEST}"
         )
-    operation = [
-        operation for operation in each_line(Operation(0, file) for file in files) if operation.line
-    ]
-    files = sorted({*files} - {operation.file for operation in operation})
+    lines = [item for item in each_line(Operation(0, file) for file in files) if item.line]
+    files = sorted({*files} - {item.file for item in lines})
     numbers = dict(zip(files, numbers_in([file.stem for file in files]), strict=True))
     if unclear := [printable(file) for file, number in numbers.items() if number is None]:
         what = "names no counter for sure: a number may be a date, a year, a channel or a quantity"
         raise ValueError(f"{first_of(unclear, SHOWN)} {what}; {_REMEDY}")
-    return [*operation, *(Operation(number, file) for file, number in numbers.items())]
+    return [*lines, *(Operation(number, file) for file, number in numbers.items())]
 
 
 # ---- the table -----------------------------------------------------------------------------------
 
 
-# All rules of a plan ask for the table, which may have half a million rows.
+# All rules of a plan read the table, which may have half a million rows.
 _read = lru_cache(maxsize=2)(lambda table, state, events: read_manifest(table, events))
 
 
 def _rows(folder: str | Path, events: Collection[str] | None) -> list[_Row]:
-    """Return the rows of the table of a folder; none where it has no table."""
+    """Return the rows of the table of a folder; an empty list without a table."""
     table = Path(folder, MANIFEST)
     known = events if events is None else tuple(events)
     return _read(table, _state(table), known) if os.path.lexists(table) else []
 
 
 def list_breakers(folder: str | Path, events: Collection[str] | None = None) -> Sequence[str]:
-    """List the breakers in the table of a folder, if it has one, as of ``list_fleet``."""
+    """List the breakers in the table of a folder, if it has one; see ``list_fleet``."""
     return list(dict.fromkeys(operation.breaker for _, operation in _rows(folder, events)))
 
 
@@ -160,9 +159,9 @@ def list_fleet(
     fleet: dict[str, list[_Row]] = {}
     for motion, row in _rows(folder, events):
         if breakers is None or row.breaker in breakers:
-            own = fleet.setdefault(row.breaker, [])
-            own += [(motion, e) for e in each_line([row] if phase in (None, row.phase) else [])]
-    if lacking := [breaker for breaker, own in fleet.items() if not own]:
+            rows = fleet.setdefault(row.breaker, [])
+            rows += [(motion, e) for e in each_line([row] if phase in (None, row.phase) else [])]
+    if lacking := [breaker for breaker, rows in fleet.items() if not rows]:
         raise ValueError(f"endurance.phase is {phase}, which {folder} has not of {lacking[0]}")
     return fleet
 
@@ -170,8 +169,8 @@ def list_fleet(
 def known_of(
     rows: Iterable[Operation], numbers: Sequence[int]
 ) -> tuple[dict[int, str], dict[str, dict[int, float]]]:
-    """Return what rows of a table, of any motion, state of a drive: events by the first of the
-    rising numbers that is not before, and means by name of ``CONDITIONS`` and by operation.
+    """Return events and conditions that rows of a table state for a drive: events by the first of
+    the increasing ``numbers`` at or after the row's, and means by ``CONDITIONS`` and operation.
     """
     events: dict[int, dict[str, None]] = defaultdict(dict)
     values: dict[str, dict[int, list[float]]] = defaultdict(lambda: defaultdict(list))
@@ -181,8 +180,8 @@ def known_of(
         for name in CONDITIONS:
             if not math.isnan(value := getattr(row, name)):
                 values[name][row.number].append(value)
-    means = {name: {i: fmean(some) for i, some in of.items()} for name, of in values.items()}
-    return {number: ", ".join(some) for number, some in events.items()}, means
+    means = {name: {i: fmean(items) for i, items in by.items()} for name, by in values.items()}
+    return {number: ", ".join(texts) for number, texts in events.items()}, means
 
 
 def fingerprint(operations: Iterable[Operation]) -> str:

@@ -1,7 +1,7 @@
-"""Contents of the text above the samples: the rate, the breaker, the test, the stroke.
+"""Read the text above the samples: the rate, the breaker, the test, the stroke.
 
-Names and values are pairs, whatever sign or cell separates them. What is not stated is missing, and
-what contradicts itself is a doubt.
+The text consists of pairs of a name and values, separated by a sign or by cells. Values that are
+not stated are missing, and contradictions are doubts.
 """
 
 import math
@@ -18,7 +18,7 @@ from breaker.records.dates import clock_of, dates_of, in_order
 from breaker.records.settings import RATES, SAME_RATE, TO_MM, TO_MS
 from breaker.records.words import WORDS, phase_in, unit_of
 
-_MOST = (400, 60, 300)  # lines, cells in a line and signs in a cell that are read: bounds the time
+_MOST = (400, 60, 300)  # most lines, cells in a line and signs in a cell; bounds the time
 _TEXTS = ("station", "bay", "type", "serial", "ratio")
 _meant = words.by_words(WORDS["stated"])
 _rates_in = words.by_words(WORDS["rate_words"])
@@ -29,17 +29,17 @@ _KHZ = {
     for kind in ("frequencies", "sample_rates")
 }
 
-_SIGN = r"(?:(?<!\d)[:=：]|[:=：](?!\d))"  # not that of a time or a ratio
+_SIGN = r"(?:(?<!\d)[:=：]|[:=：](?!\d))"  # not within a time of day or a ratio
 _SIGNED = re.compile(rf"([^\W\d_].*?)\s*{_SIGN}\s*(.*)")
 _SPLIT = re.compile(rf"[\t;|]|\s{{2,}}|,(?=\s*[^\W\d_][^,:=]*{_SIGN})")
 _NUMBER = r"[-+]?\d+(?:[.,]\d+)*(?:[eE][-+]?\d+)?"
 _VALUE = re.compile(rf"({_NUMBER}|[-+]?[.,]\d+)[.,]?\s*([^\d\s:,;.]\S{{0,11}})?")
-_TAG = re.compile(r"[A-Za-z]{1,3}[\W_]?\d{1,2}")  # of a channel, in brackets next to the unit
+_TAG = re.compile(r"[A-Za-z]{1,3}[\W_]?\d{1,2}")  # channel in brackets next to the unit
 _UNIT = re.compile(r"\s*[\[(]([^\[\]()]{1,12})[\])]\s*")
 
 
 class Pair(NamedTuple):
-    """A name without its unit, the unit, and the values behind it."""
+    """Name without its unit, the unit, and the values after the name."""
 
     name: str
     unit: str
@@ -47,14 +47,14 @@ class Pair(NamedTuple):
 
     @property
     def text(self) -> str:
-        """First value, empty where there is none."""
+        """First value; empty without values."""
         return self.values[0] if self.values else ""
 
     def number(self) -> tuple[float, str]:
         """Return the first value as a number, NaN where it is not a number, and its unit."""
         number, unit = _number_of(self.text)
-        behind = self.values[1] if len(self.values) == 2 and not self.values[1][0].isdigit() else ""
-        return number, unit or self.unit or behind
+        second = self.values[1] if len(self.values) == 2 and not self.values[1][0].isdigit() else ""
+        return number, unit or self.unit or second
 
 
 @dataclass(frozen=True)
@@ -62,11 +62,11 @@ class Header:
     """Contents of the text above the samples; empty, NaN or None where nothing is stated.
 
     Attributes:
-        rate, rate_doubt: Sampling rate, kHz; NaN where it is not clear, and why.
-        dates: Date of the test as ISO 8601; two where the order of day and month is not known.
-        ratio: Ratio of the linkage. No file states whether its samples are multiplied by it.
+        rate, rate_doubt: Sampling rate, kHz; NaN where it is not clear, and the reason.
+        dates: Date of the test as ISO 8601; two dates if the order of day and month is unknown.
+        ratio: Ratio of the linkage; files do not state whether their samples are multiplied by it.
         operation: Motions, such as ``"C-O"``.
-        phases: Names of phases by number of the channel, from 1; by 0 that of all.
+        phases: Names of phases by number of the channel, from 1; 0 for a phase of all channels.
         strokes: Strokes that the analyser measured, mm, of any channel and motion.
         speeds: Speeds by motion, between two points that are stated in % of the stroke.
     """
@@ -87,7 +87,7 @@ class Header:
     speeds: Mapping[str, Speed] = field(default_factory=dict)
 
     def phase_of(self, column: str | int) -> str:
-        """Return the phase of a column of travel by its name or what is stated of it, or ""."""
+        """Return the phase of a travel column, by its name or as stated for its number, or ""."""
         stated = self.phases.get(words.channel_of(str(column)), self.phases.get(0, ""))
         return phase_in(str(column)) or stated
 
@@ -97,8 +97,8 @@ def header_of(rows: Sequence[Sequence[str]], samples: int = 0) -> Header:
 
     Args:
         rows: Cells of each line, with blank cells.
-        samples: Number of samples below, 0 if it is not known. A length that contradicts it makes
-            the rate doubtful.
+        samples: Number of samples below, 0 if unknown. If a stated length contradicts this number,
+            the rate is doubtful.
 
     >>> rows = [["Sampling Speed (kC) :", "10", "", "Range :", "8000"], ["Serial No: 17"]]
     >>> header_of(rows).rate, header_of(rows).serial
@@ -130,23 +130,23 @@ def stated_as(pairs: Iterable[Pair], meaning: str) -> list[Pair]:
 
 
 def _first_of(pairs: Iterable[Pair], meaning: str) -> str:
-    """Return the first value that is not of the analyser or a part of the breaker."""
-    own = (p.text for p in stated_as(pairs, meaning) if "of another thing" not in _meant(p.name))
-    return next(own, "")
+    """Return the first value that does not describe the analyser or a part of the breaker."""
+    texts = (p.text for p in stated_as(pairs, meaning) if "of another thing" not in _meant(p.name))
+    return next(texts, "")
 
 
 def _dates(pairs: Iterable[Pair]) -> tuple[str, ...]:
-    """Return the date of the test, in both orders of day and month where nothing decides."""
-    own = [pair for pair in stated_as(pairs, "date") if "of another day" not in _meant(pair.name)]
-    own.sort(key=lambda pair: "of the test" not in _meant(pair.name))
-    pair = next((pair for pair in own if dates_of(pair.text)), Pair("", "", ()))
+    """Return the date of the test, in both orders of day and month if the order is unknown."""
+    dated = [pair for pair in stated_as(pairs, "date") if "of another day" not in _meant(pair.name)]
+    dated.sort(key=lambda pair: "of the test" not in _meant(pair.name))
+    pair = next((pair for pair in dated if dates_of(pair.text)), Pair("", "", ()))
     texts = [" ".join(pair.values), *(clock.text for clock in stated_as(pairs, "time"))]
     clock = next(filter(None, map(clock_of, texts)), "")
     return tuple(day + clock for day in in_order(dates_of(pair.text)))
 
 
 def _phases(pairs: Iterable[Pair]) -> dict[int, str]:
-    """Return names of phases by number of the channel, from 1; by 0 that of all."""
+    """Return names of phases by number of the channel, from 1; 0 for a phase of all channels."""
     meanings: dict[int, set[str]] = {}
     for pair in pairs:
         if channel := _CHANNEL.fullmatch(pair.name.lower()):
@@ -163,19 +163,19 @@ def _phases(pairs: Iterable[Pair]) -> dict[int, str]:
 
 
 def _rate(pairs: Iterable[Pair], by_length: float) -> tuple[float, str]:
-    """Return the rate, kHz, or NaN and why: that by the length may contradict it."""
+    """Return the rate, kHz, or NaN and the reason; the rate by the length may contradict it."""
     rates = {}
     for pair in pairs:
         if RATES[0] <= (rate := _rate_in(pair)) <= RATES[1]:
             rates[float(f"{rate:.9g}")] = f"'{pair.name}: {pair.text}'"
-    rate, why = next(iter(rates.items()), (math.nan, "no usual rate is stated with its unit"))
+    rate, doubt = next(iter(rates.items()), (math.nan, "no usual rate is stated with its unit"))
     if len(rates) > 1:
-        why = f"several rates are stated: {' and '.join(rates.values())}"
+        doubt = f"several rates are stated: {' and '.join(rates.values())}"
     elif not abs(rate / by_length - 1.0) > SAME_RATE and rates:
         return rate, ""
     if by_length > 0:
-        why += f"; by the length {in_digits(by_length, 4)} kHz"
-    return math.nan, why
+        doubt += f"; by the length {in_digits(by_length, 4)} kHz"
+    return math.nan, doubt
 
 
 def _rate_in(pair: Pair) -> float:
@@ -194,7 +194,7 @@ def _rate_in(pair: Pair) -> float:
 
 
 def _strokes(pairs: Iterable[Pair]) -> tuple[float, ...]:
-    """Return the measured strokes, mm, of names that state one, each with its unit."""
+    """Return the measured strokes, mm, that are stated with a unit."""
     strokes = []
     for pair in stated_as(pairs, "stroke"):
         if "other stroke" in _meant(pair.name):
@@ -211,8 +211,8 @@ def _speeds(points: Sequence[Pair]) -> dict[str, Speed]:
     speeds, shares_of = {}, {*WORDS["share_of_stroke"]}
     usual = "%" if any({p.text.strip(), p.unit} & shares_of for p in points) else ""
     for motion in EVENTS:
-        own = [p.number() for p in points if words.motion_of(p.name) in (motion, "")]
-        shares = [number for number, unit in own if number > 0 and (unit or usual) == "%"]
+        numbers = [p.number() for p in points if words.motion_of(p.name) in (motion, "")]
+        shares = [number for number, unit in numbers if number > 0 and (unit or usual) == "%"]
         if len(shares) == 2 and shares[0] < shares[1] < 100:
             ends = [f"{share:g} % of stroke" for share in shares]
             speeds[motion] = Speed.read(f"{motion}_speed", ends)
@@ -223,7 +223,7 @@ def _speeds(points: Sequence[Pair]) -> dict[str, Speed]:
 
 
 def _pairs_in(row: Sequence[str]) -> list[Pair]:
-    """Return the pairs of a line by its cells; values before a name belong to none."""
+    """Return the pairs of a line by its cells; values before the first name are dropped."""
     pairs: list[tuple[str, list[str]]] = []
     for text, named in _tokens([part for cell in row for part in _parts(cell)]):
         if named:
@@ -234,8 +234,8 @@ def _pairs_in(row: Sequence[str]) -> list[Pair]:
 
 
 def _tokens(cells: Sequence[str]) -> Iterable[tuple[str, bool]]:
-    """Return the parts of a line, and whether they are names. Without a sign a name is first or
-    behind a blank cell, or names and values stand in turn.
+    """Return the parts of a line, and whether they are names. Without a sign, a name is the first
+    cell or follows a blank cell, or names and values alternate.
     """
     if any(map(_SIGNED.match, cells)):
         return [token for cell in cells for token in _signed(cell)]
@@ -274,7 +274,7 @@ def _name_of(text: str) -> tuple[str, str]:
 
 
 def _number_of(text: str) -> tuple[float, str]:
-    """Return a text as a number, NaN where it is not a number, and the unit behind it."""
+    """Return a text as a number, NaN where it is not a number, and the unit after it."""
     match = _VALUE.fullmatch(text.strip())
     if match is None:
         return math.nan, ""

@@ -1,8 +1,8 @@
-"""The operations in the files and folders that a user names, and the choice among them.
+"""List the operations in the files and folders that a user names, and choose among them.
 
-In a folder with a table ``operations.csv`` the rows are the operations. In a folder with subfolders
-``closing`` and ``opening`` the names of the files number them. Any other file may have one motion
-or both, and each of them several times.
+In a folder with a table ``operations.csv``, the rows are the operations. In a folder with
+subfolders ``closing`` and ``opening``, the names of the files give their numbers. Any other file
+may contain one motion or both, each once or several times.
 """
 
 import os
@@ -26,15 +26,16 @@ ANY = ""
 """Key of operations whose files may have any motion."""
 
 Operations = Mapping[str, Sequence[Operation]]
-"""Operations by motion, and those of any motion by ``ANY``."""
+"""Operations by motion; key ``ANY`` for operations with any motion."""
 
 
 class Choice(NamedTuple):
-    """Records of the drive among those in files and folders.
+    """Choice of the records of one drive in files and folders.
 
     Attributes:
         motions: Motions to read.
-        channels: Columns of travel; without them the configured one, or all that move (``every``).
+        channels: Columns of travel; by default the configured column, or all columns of travel
+            (``every``).
         breaker, phase: Names in the table of a folder; a phase also as a file states it.
         every: Whether to take all channels and all phases.
     """
@@ -61,14 +62,14 @@ def list_named(
         if not place.is_dir():
             loose.append(place)
         elif any(os.path.lexists(place / name) for name in (MANIFEST, *MOTIONS)):
-            for motion, some in _in_folder(place, endurance, choice).items():
-                listed[motion] += some
+            for motion, rows in _in_folder(place, endurance, choice).items():
+                listed[motion] += rows
         elif inside := folder.record_files(place):
             loose += inside
         else:
             what = f"{printable(place)} has no file of a record and no table {MANIFEST}"
             raise FileNotFoundError(f"{what}. Name a folder with records")
-    rows = [row for some in listed.values() for row in some]
+    rows = [row for group in listed.values() for row in group]
     if len(names := sorted({row.breaker for row in rows} - {""})) > 1:
         what = f"the tables name several breakers: {', '.join(names)}"
         raise ValueError(f"{what}. Name the records of one breaker")
@@ -83,9 +84,9 @@ def list_named(
 def _in_folder(place: Path, endurance: Mapping, choice: Choice) -> dict[str, list[Operation]]:
     """Return the operations of a folder that states their motions."""
     if choice.every and (fleet := folder.list_fleet(place)):
-        rows = [row for some in fleet.values() for row in some]
+        rows = [row for group in fleet.values() for row in group]
         return {
-            motion: [operation for of, operation in rows if of == motion]
+            motion: [operation for row_motion, operation in rows if row_motion == motion]
             for motion in choice.motions
         }
     chosen = {name: getattr(choice, name) or endurance[name] for name in ("breaker", "phase")}
@@ -93,15 +94,16 @@ def _in_folder(place: Path, endurance: Mapping, choice: Choice) -> dict[str, lis
     by_motion, lacking = {}, []
     for motion in choice.motions:
         try:
-            some = folder.list_operations(place, motion, **chosen)
+            operations = folder.list_operations(place, motion, **chosen)
         except FileNotFoundError as error:
             lacking.append(error)
             continue
-        if channels and any(operation.channel for operation in some):
+        if channels and any(operation.channel for operation in operations):
             what = "the table of a folder names the channels"
             raise ValueError(f"{what}. Leave --channel out, or choose by --phase")
         by_motion[motion] = [
-            replace(operation, channel=operation.channel or "".join(channels)) for operation in some
+            replace(operation, channel=operation.channel or "".join(channels))
+            for operation in operations
         ]
     if not by_motion:
         raise lacking[0]
@@ -111,7 +113,7 @@ def _in_folder(place: Path, endurance: Mapping, choice: Choice) -> dict[str, lis
 def _in_files(
     paths: Sequence[Path], form: Mapping, choice: Choice, files: Files, last: int
 ) -> list[Operation]:
-    """Return the operations in files that state no motion, numbered from the last one on."""
+    """Return the operations in files without a stated motion, numbered from ``last`` + 1 on."""
     in_names, channels, poles = phases_in_names(paths), {}, {}
     for path in paths:
         phases = _channels(files[path], form, choice)
@@ -134,28 +136,28 @@ def _in_files(
 
 
 def _channels(file: Opened, form: Mapping, choice: Choice) -> dict[str, str]:
-    """Return the phase of each column of travel that counts; "" where none is stated.
+    """Return the phase of each chosen column of travel; "" if no phase is stated.
 
-    Where all channels count and there are several, one without a phase is called by its column.
+    If all channels are chosen and there are several, a channel without a phase gets its column.
     """
     if not (choice.every or choice.phase):
         channel = "".join(choice.channels[:1])
         stated = stated_in(file, form, channel)
         return {channel: stated.phase_of(channel or form["travel_column"])}
-    from breaker.records.description import travel_channels  # most commands need none
+    from breaker.records.description import travel_channels  # most commands do not need it
 
     moving, usual = {}, form["travel_column"]
     with suppress(ValueError):  # read as configured, or rejected with the reason
         if usual == FORMAT["travel_column"] or look_into(file, usual).place_of(usual) is not None:
-            some = travel_channels(file, usual)
-            moving = {column: name for column, (name, _) in some.items()}
+            named = travel_channels(file, usual)
+            moving = {column: name for column, (name, _) in named.items()}
     names = {item: moving.get(item, item) for item in choice.channels or moving or [""]}
     return {key: "" if len(names) == 1 and name == key else name for key, name in names.items()}
 
 
 def stated_types(operations: Operations, form: Mapping, files: Files) -> list[str]:
     """Return the types of breaker that rows of a table, or else files, state, each once."""
-    every = (operation for some in operations.values() for operation in some)
+    every = (operation for group in operations.values() for operation in group)
     named = (
         operation.type or stated_in(files[operation.file], form, operation.channel).type
         for operation in every

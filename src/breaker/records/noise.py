@@ -1,7 +1,7 @@
-"""Noise of a record: its size and colour at rest, and a ripple while the drive moves.
+"""Estimate the noise of a record: its sd and colour at rest, and a ripple while the drive moves.
 
-The likelihood takes noise of ``noise_sd`` that is independent from sample to sample. A record with
-more, or with neighbours that err alike, knows less; one that was smoothed shows another motion.
+The likelihood assumes noise of ``noise_sd`` that is independent from sample to sample. A record
+with more noise, or with correlated noise, is less informative; smoothing changes the motion.
 """
 
 from typing import NamedTuple
@@ -11,29 +11,30 @@ import numpy as np
 from breaker.common.numerals import in_digits
 from breaker.records.rejections import FEWEST, MATTERS, Remark, normal_sds
 
-_TOGETHER = 2**18  # samples in windows whose medians are computed at once: 2 MB
-_RATIOS = 0.5, 1.15  # of the noise to noise_sd, beyond which parameters and their sds are wrong
-_ALIKE = 0.2  # correlation from which it matters
-_COLOURED = 0.95  # most correlation of neighbours that a short rest lets one see
-# Of polynomials for the drive's own way from 5 to 95 %: what either leaves of a bump swings, too,
-# but the faster the higher its degree; a sine is the same beside both.
+_BLOCK = 2**18  # samples in windows whose medians are computed at once: 2 MB
+_RATIOS = 0.5, 1.15  # noise over noise_sd, limits beyond which parameters and their sds are wrong
+_CORRELATED = 0.2  # correlation at a step of the grid from which a remark is made
+_COLOURED = 0.95  # largest correlation of neighbours that a short rest can show
+# Degrees of polynomials that model the drive's travel from 5 to 95 %. The residual of a bump swings
+# too, but its frequency rises with the degree; that of a ripple is the same for both degrees.
 _DEGREES = 8, 11
-_SHARE = 0.7  # of what the polynomial leaves, a sine's at least
+_SHARE = 0.7  # least share of the polynomial's residual that a sine explains
 
-_MAINS = 0.05, 0.06  # kHz
-_LAST = 30.0  # ms at the end of a record, in which the mains swing one and a half times at least
-_SAME = 0.5, 2.0  # shares of a swing that continues
+_MAINS = 0.05, 0.06  # frequencies of the mains, kHz
+_LAST = 30.0  # ms at the end of a record that are fitted, at least 1.5 periods of the mains
+_SAME = 0.5, 2.0  # limits of the amplitude before the motion over that at the end of the record
 
 REST = (50.0, 1.0)
-"""Rest that shows the noise, ms before the first motion: its start may be gradual, and far before
-it an earlier motion may still ring."""
+"""Rest in which the noise is estimated, ms before the first motion: the start may be gradual, and
+an earlier motion may still swing long before it."""
 
 OF_SECOND = 1.0 / (0.6745 * 6.0**0.5)
-"""Sd of white noise as a share of the median second difference, in which even motion is nothing."""
+"""Sd of white noise as a share of the median absolute second difference, to which steady motion
+contributes nothing."""
 
 
 class Noise(NamedTuple):
-    """Noise of a record; nan where there is too little rest to see it."""
+    """Noise of a record; nan if the rest is too short to estimate it."""
 
     sd: float  # standard deviation of a sample about the drift, mm
     colour: float  # correlation of neighbouring samples
@@ -41,7 +42,7 @@ class Noise(NamedTuple):
 
     @property
     def process(self) -> tuple[float, float]:
-        """Sd of a sample, mm, and correlation with the next; a short rest shows both too small."""
+        """Sd of a sample, mm, and correlation with the next, corrected for a short rest."""
         if not np.isfinite(self.colour):
             return self.sd, 0.0
         colour = self.colour + (2.0 + 4.0 * self.colour) / self.samples
@@ -55,8 +56,8 @@ def noise_at_rest(rest: np.ndarray, quantum: float) -> Noise:
 
     Args:
         rest: Travel before the motion, ``(r,)``, mm, evenly spaced; NaN where a sample is missing.
-        quantum: Step to which readings are rounded, mm; its error, ``quantum / sqrt(12)``, is
-            there also where rest is too steady to show it.
+        quantum: Step to which readings are rounded, mm; the sd is at least that of rounding,
+            ``quantum / sqrt(12)``.
     """
     there = ~np.isnan(rest)
     count = int(there.sum())
@@ -73,11 +74,11 @@ def noise_at_rest(rest: np.ndarray, quantum: float) -> Noise:
 
 
 def noise_remarks(noise: Noise, noise_sd: float, every: float) -> list[Remark]:
-    """Say where noise is not what a model takes for granted.
+    """Return remarks where noise differs from the noise that a model assumes.
 
     Args:
-        noise: Of the record.
-        noise_sd: The model's, mm.
+        noise: Noise of the record.
+        noise_sd: Sd that the model assumes, mm.
         every: Step of the model's grid in steps of the record.
     """
     if np.isnan(noise.sd):
@@ -85,15 +86,15 @@ def noise_remarks(noise: Noise, noise_sd: float, every: float) -> list[Remark]:
     near = float(np.clip(np.nan_to_num(noise.colour), 0.0, _COLOURED))
     sds, remarks = normal_sds(1), []
     size = {"noise": in_digits(noise.sd, 2), "noise_sd": noise_sd}
-    # Of a first-order process: where neighbours are alike, as many samples know less.
+    # Degrees of freedom of a first-order process: correlation makes samples less informative.
     free = max(noise.samples * (1.0 - near**2) / (1.0 + near**2) - 1.0, 1.0)
-    chance = sds / np.sqrt(2.0 * free)  # of the logarithm of an sd
+    chance = sds / np.sqrt(2.0 * free)  # largest random error of the logarithm of an sd
     if noise.sd > noise_sd * max(_RATIOS[1], np.exp(chance)):
         remarks.append(Remark("noisier", **size))
     if 0.0 < noise.sd < noise_sd * min(_RATIOS[0], 1.0 - chance):
         remarks.append(Remark("calmer", **size))
     colour = near ** max(every, 1.0)  # of a first-order process, at a step of the grid
-    if colour > _ALIKE and near > sds / np.sqrt(noise.samples):
+    if colour > _CORRELATED and near > sds / np.sqrt(noise.samples):
         remarks.append(Remark("coloured", colour=colour))
     return remarks
 
@@ -105,13 +106,13 @@ def white_noise(travel: np.ndarray) -> float:
 
 
 def hum_of(time: np.ndarray, travel: np.ndarray, moves: float) -> tuple[float, float]:
-    """Return by how much the mains swing a reading, mm (amplitude), and how fast, kHz; 0 if not.
+    """Return amplitude, mm, and frequency, kHz, of mains hum in a reading; 0 if there is none.
 
-    The swing that fits the end of the record continues in the rest before the motion, which no
-    swing of a drive does.
+    Hum that is fitted at the end of the record has the same phase in the rest before the motion;
+    a swing of the drive does not.
 
     Args:
-        time, travel: Of the motion, ``(n,)``, ms and mm; NaN where a sample is missing.
+        time, travel: Samples of the motion, ``(n,)``, ms and mm; NaN where one is missing.
         moves: Time of the first motion, ms.
     """
     there = ~np.isnan(travel)
@@ -135,29 +136,29 @@ def hum_of(time: np.ndarray, travel: np.ndarray, moves: float) -> tuple[float, f
     return 0.0, 0.0
 
 
-def ripple_of(way: np.ndarray) -> float:
-    """Return the rms of a reading's ripple about a motion, strokes; 0 where none is clear.
+def ripple_of(done: np.ndarray) -> float:
+    """Return the rms of a reading's ripple during a motion, strokes; 0 if none is clear.
 
-    A transducer on an elastic linkage swings about the drive's own way, by as much as the motion is
-    fast. No mean of samples takes that error away: without it, 2 of 3,000 values of
+    A transducer on an elastic linkage swings around the travel of the drive, in proportion to its
+    speed. No mean of samples removes this error: without it, 2 of 3,000 values of
     ``studies.exports`` more are false (60 sheets, seed 78).
 
     Args:
-        way: Share of the way that is done, ``(n,)``, evenly spaced; NaN where a sample is missing.
+        done: Travel as a share of the stroke, ``(n,)``, evenly spaced; NaN where one is missing.
     """
-    end = int((way >= 0.95).argmax())
-    begin = end - int((way[end::-1] <= 0.05).argmax())
-    there = np.flatnonzero(~np.isnan(way[begin:end]))
+    end = int((done >= 0.95).argmax())
+    begin = end - int((done[end::-1] <= 0.05).argmax())
+    there = np.flatnonzero(~np.isnan(done[begin:end]))
     if there.size < 2 * _DEGREES[1]:
         return 0.0
-    way, share = way[begin:end][there], there / (end - begin)
-    # From a quarter of that part to four samples.
-    cycles = np.geomspace(4.0, max(0.25 * way.size, 4.0), 60)
+    done, share = done[begin:end][there], there / (end - begin)
+    # Periods from a quarter of this part down to four samples.
+    cycles = np.geomspace(4.0, max(0.25 * done.size, 4.0), 60)
     ripple = []
     for degree in _DEGREES:
         smooth, _ = np.linalg.qr(np.polynomial.chebyshev.chebvander(2.0 * share - 1.0, degree))
-        curve = smooth @ (smooth.T @ way)
-        left, speed = way - curve, np.gradient(curve, share)
+        curve = smooth @ (smooth.T @ done)
+        left, speed = done - curve, np.gradient(curve, share)
         speed = np.clip(speed / speed.max(), 0.1, 1.0)
         waves = np.exp(2j * np.pi * cycles[:, None] * share) * speed
         waves -= waves @ smooth @ smooth.T
@@ -172,13 +173,13 @@ def ripple_of(way: np.ndarray) -> float:
 
 
 def filled(travel: np.ndarray) -> np.ndarray:
-    """Return samples with straight lines where some are missing, ``(n,)``."""
+    """Return samples ``(n,)`` with missing ones interpolated linearly."""
     there = np.flatnonzero(~np.isnan(travel))
     return np.interp(np.arange(travel.size), there, travel[there])
 
 
 def slope(travel: np.ndarray, half: int, step: float) -> np.ndarray:
-    """Return the slope of a straight line through so many samples before and after each, ``(n,)``,
+    """Return the slope of a line through ``half`` samples before and after each sample, ``(n,)``,
     mm/ms; nan where a sample is missing, or the line would reach beyond the ends.
     """
     known = np.isfinite(travel)
@@ -191,9 +192,9 @@ def slope(travel: np.ndarray, half: int, step: float) -> np.ndarray:
 
 
 def smoothed(travel: np.ndarray, half: int) -> np.ndarray:
-    """Return the running median over so many samples before and after each, ``(n,)``.
+    """Return the running median over ``half`` samples before and after each sample, ``(n,)``.
 
-    Straight lines replace missing samples. The first and last full window stand for the ends.
+    Missing samples are interpolated. The first and the last full window also give the ends.
     """
     smooth = running_median(filled(travel), 2 * half + 1)
     if smooth.size > 2 * half:
@@ -202,13 +203,13 @@ def smoothed(travel: np.ndarray, half: int) -> np.ndarray:
 
 
 def running_median(values: np.ndarray, window: int) -> np.ndarray:
-    """Return medians of an odd number of samples about each of ``(n,)``, without NaN.
+    """Return medians of an odd number of samples around each sample, ``(n,)``, without NaN.
 
-    ``scipy.ndimage`` has one as well, which takes a quarter of a first answer to load.
+    ``scipy.ndimage`` also has this filter, but its import takes a quarter of a first answer.
     """
     half, medians = window // 2, np.empty(values.size)
     windows = np.lib.stride_tricks.sliding_window_view(np.pad(values, half, mode="edge"), window)
-    rows = max(1, _TOGETHER // window)
+    rows = max(1, _BLOCK // window)
     for begin in range(0, values.size, rows):
         block = np.partition(windows[begin : begin + rows], half, axis=1)
         medians[begin : begin + rows] = block[:, half]
@@ -216,7 +217,7 @@ def running_median(values: np.ndarray, window: int) -> np.ndarray:
 
 
 def running_mean(values: np.ndarray, window: int) -> np.ndarray:
-    """Return means of an odd number of samples about each of ``(n,)``.
+    """Return means of an odd number of samples around each sample, ``(n,)``.
 
     Example:
         >>> running_mean(np.array([0.0, 3.0, 6.0, 9.0]), 3)

@@ -1,4 +1,4 @@
-"""The table ``operations.csv``: which file, or which part of a file, is which operation.
+"""Read the table ``operations.csv``, which assigns files, or parts of files, to operations.
 
 Light to import.
 """
@@ -19,9 +19,9 @@ from breaker.records.files import MOST_COLUMNS, RejectedCurveError, printable, r
 from breaker.records.settings import FORMAT, READABLE, TO_MM, TO_MS
 
 MANIFEST = "operations.csv"  # name of the table, in the folder of the curve files
-FILL_IN = "FILL IN"  # cell of a value that a file does not state; the table is refused with it
-LONGEST = 200  # characters of a name or a text in a cell
-SHOWN = 10  # mistakes, or files, in one message
+FILL_IN = "FILL IN"  # cell of a value that a file does not state; a table with it is rejected
+LONGEST = 200  # most characters of a name or a text in a cell
+SHOWN = 10  # most mistakes, or files, in one message
 
 EVENTS: dict[str, tuple[str, ...]] = {
     "maintenance, overhaul, repair, adjusted, adjustment": ("all",),
@@ -31,7 +31,7 @@ EVENTS: dict[str, tuple[str, ...]] = {
     "remounted, remounting, transducer remounted, transducer replaced": ("transducer",),
     "inspected, inspection, cleaned": (),
 }
-"""Usual events, and what starts anew: the entire drive, the reading of its transducer, nothing."""
+"""Usual events, and what each renews: the entire drive, the reading of its transducer, nothing."""
 
 _REQUIRED = ("file", "motion", "operation")
 
@@ -54,7 +54,7 @@ class Operation:
         event: Work since the operation before.
         settings: What the table states in place of keys of ``endurance.format``.
         transducer: Name of the transducer, with its mounting and ratio.
-        line: Line of the file that is the record, if a line is a record.
+        line: Line of the file that is the record, if each line is a record.
     """
 
     number: int
@@ -80,14 +80,14 @@ _Row = tuple[int, str, Operation]  # line, motion and operation
 def read_manifest(
     file: str | Path, events: Collection[str] | None = None
 ) -> list[tuple[str, Operation]]:
-    """Read the table of a folder, also as spreadsheets write it: motion and operation of each row.
+    """Return motion and operation of each row of a folder's table, also as spreadsheets write it.
 
     Args:
         file: The table.
-        events: Events that it may name in addition to the usual ones; None for any text.
+        events: Events that the table may name in addition to the usual ones; None for any text.
 
     Raises:
-        ValueError: If anything is wrong; with line, column, value and remedy, of several rows.
+        ValueError: If anything is wrong, with line, column, value and remedy for several rows.
     """
     file = Path(file)
     rows = _rows(file)
@@ -129,9 +129,9 @@ def _rows(file: Path) -> list[tuple[int, dict[str, str]]]:
     except csv.Error as error:
         reason = f"is not a table: {error}; are quotation marks closed?"
         raise RejectedCurveError(file, reason, line=reader.line_num + 1) from error
-    odd = [name for name in names if name and (name not in READ or names.count(name) > 1)]
-    if odd or not rows_read or not {*_REQUIRED} <= {*names}:
-        what = f"cannot have {', '.join(map(repr, odd))}" if odd else "is not complete"
+    wrong = [name for name in names if name and (name not in READ or names.count(name) > 1)]
+    if wrong or not rows_read or not {*_REQUIRED} <= {*names}:
+        what = f"cannot have {', '.join(map(repr, wrong))}" if wrong else "is not complete"
         every = f"{', '.join(_REQUIRED)} and any of {', '.join(READ)}, each once"
         reason = f"{what}: name the columns {every}, with a row for each operation below"
         raise RejectedCurveError(file, reason, line=1)
@@ -141,7 +141,7 @@ def _rows(file: Path) -> list[tuple[int, dict[str, str]]]:
 def _operation(
     folder: Path, cells: Mapping[str, str], kinds: "Mapping[str, _Cell]"
 ) -> tuple[str, Operation]:
-    """Return the motion and the operation of a row; raise its first mistake."""
+    """Return the motion and the operation of a row; raise ValueError for its first mistake."""
     read: dict[str, Any] = {}
     for name, cell in cells.items():
         if cell or name in _REQUIRED:
@@ -158,19 +158,20 @@ def _operation(
 
 
 def _contradictions(rows: Collection[_Row]) -> list[str]:
-    """Return where rows are of one operation, or dates fall while numbers rise."""
+    """Return messages where rows repeat an operation, or dates decrease while numbers increase."""
     last: dict[tuple, tuple[int, int, str]] = {}
     wrong = []
     for line, motion, operation in sorted(rows, key=lambda row: row[2].number):
-        of, name = (operation.breaker, operation.phase, motion), f"{motion} {operation.number}"
-        above, number, date = last.get(of, (0, -1, ""))
+        name = f"{motion} {operation.number}"
+        pole = operation.breaker, operation.phase, motion
+        above, number, date = last.get(pole, (0, -1, ""))
         if number == operation.number:
             what = f"{name} is in line {above} already; give it its own number, breaker or phase"
             wrong.append(f"line {line}, column operation: {what}")
         elif earlier(date, operation.date):
             what = f"{operation.date} of {name} is earlier than {date} of {motion} {number}"
             wrong.append(f"line {line}, column date: {what}; correct the number or the date")
-        last[of] = line, operation.number, operation.date or date
+        last[pole] = line, operation.number, operation.date or date
     return wrong
 
 
@@ -188,7 +189,7 @@ def event_words(event: str) -> tuple[str, ...]:
 
 
 def _event(more: Collection[str], cell: str) -> str:
-    """Read a cell that names usual events, or more that are known."""
+    """Return a cell that names usual events or those in ``more``; raise ValueError otherwise."""
     known = {word for events in (*EVENTS, *more) for word in event_words(events)}
     if unknown := [word for word in event_words(cell) if word not in known]:
         which = f"{unknown[0]!r} is not one of {', '.join(sorted(known))}"
@@ -199,12 +200,12 @@ def _event(more: Collection[str], cell: str) -> str:
 _ANY = f".{{1,{LONGEST}}}"
 _COUNTER = "[0-9]{1,7}"
 _INSIDE = r"(?!/|[A-Z]:|(?:.*/)?\.\.(?:/|$))[^\\]{1,200}"  # nothing outside the folder
-# A comma may be the decimal sign, but not in 1,000: it may be a thousand.
+# A comma may be the decimal sign, but 1,000 is ambiguous and so not a number.
 _NUMBER = r"(?![+-]?[0-9]{1,3},[0-9]{3}$)[+-]?([0-9]+[.,]?[0-9]*|[.,][0-9]+)(e[+-]?[0-9]{1,3})?"
 
 
 class _Cell(NamedTuple):
-    """A kind of cell: what it must be, its pattern, its reader, and the range of a number."""
+    """Kind of cell: its description, pattern and reader, and the range of a number."""
 
     what: str
     pattern: str = _ANY
@@ -213,7 +214,7 @@ class _Cell(NamedTuple):
     most: float = math.inf
 
     def value(self, cell: str) -> Any:
-        """Read a cell, or raise what is wrong with it."""
+        """Return the value of a cell; raise ValueError if the cell is not of this kind."""
         if cell.upper() == FILL_IN:
             raise ValueError("is to be filled in: the file does not state it (`breaker inspect`)")
         if cell.isprintable() and re.fullmatch(self.pattern, cell, re.IGNORECASE):
@@ -270,4 +271,4 @@ READ: dict[str, _Cell] = {
     **dict.fromkeys(("time_column", "contact_column", "current_column", "motor_column"), _COLUMN),
     "trigger_column": _COLUMN._replace(least=0),
 }
-"""Columns that the table may have, by what their cells are."""
+"""Columns that the table may have, with the kinds of their cells."""

@@ -1,7 +1,7 @@
-"""Settings for a record of unknown origin: proposed from what it shows, confirmed by reading.
+"""Propose settings for a record of unknown origin from its content, and read it to confirm them.
 
-A proposal contains only what differs from the defaults. What a file does not state, such as the mm
-of a degree, has to be filled in; to try all else, a number stands in for it.
+A proposal contains only settings that differ from the defaults. The user fills in values that a
+file does not state, such as the mm of a degree; a usual number replaces them in the trial reading.
 """
 
 import re
@@ -25,17 +25,17 @@ from breaker.records.settings import FORMAT
 from breaker.records.table_proposal import InspectedMotion
 from breaker.records.words import BESIDE
 
-_USUAL = 15.0  # mm: a stroke that stands in where no mm are known
+_USUAL = 15.0  # mm, stroke that is assumed in the trial reading if the ratio is unknown
 _MOTIONS = "  {:<12}  {:<8}  {:>12}  {:>9}  {:>9}  {:>8}  {:>8}  {:<1}"
 _BESIDE = "  {:<12}  {:<8}  {}  {:<1}"
 _LINE = {"default_flow_style": True, "width": np.inf, "sort_keys": False}
 ITEM = "  - "
-"""How an item of a list begins on a terminal."""
+"""Beginning of an item of a list on a terminal."""
 
 
 @dataclass(frozen=True)
 class Proposal:
-    """Settings that are proposed for a file, and its motions as they were read with these."""
+    """Settings that are proposed for a file, and its motions as read with these settings."""
 
     findings: Findings
     settings: dict  # keys of ``endurance.format`` that differ from their default
@@ -44,20 +44,20 @@ class Proposal:
 
     @property
     def lacking(self) -> Mapping[str, str]:
-        """Keys of ``endurance.format`` that have to be filled in, and their meaning."""
+        """Keys of ``endurance.format`` that the user has to fill in, and their meaning."""
         return self.findings.lacking
 
     @property
     def is_read(self) -> bool:
-        """Whether the settings read a motion, or may once the rate is filled in."""
+        """Whether the settings read a motion, or may do so once the rate is filled in."""
         return "rate" in self.lacking or any(motion.record for motion in self.motions)
 
 
 def inspect_file(
     file: str | Path, sensor: Mapping, channel: str = "", files: Files | None = None
 ) -> Proposal:
-    """Propose settings for a file, and read it by them and the section ``sensor`` of settings; all
-    columns of travel are meant, unless a channel names one.
+    """Propose settings for a file, and read the file with these settings and the section
+    ``sensor``: all columns of travel, or only ``channel``.
 
     Raises:
         ValueError: If no column of the file moves as a drive does, or the file cannot be read.
@@ -75,7 +75,7 @@ def inspect_file(
     first, *others = (motion.paired.items() for motion in motions)
     findings.settings |= dict(item for item in first if all(item in of for of in others))
     read = [motion.column for motion in motions if motion.record] or [motions[0].column]
-    findings.settings["travel_column"] = mode(read)  # of which most motions are read
+    findings.settings["travel_column"] = mode(read)  # the column with most motions that are read
     if "ratio" in findings.lacking:
         findings.settings["stroke"] = FORMAT["stroke"]
     remarks += [doubt for doubts in findings.doubts.values() for doubt in doubts]
@@ -88,12 +88,12 @@ def inspect_file(
 def _as_read(
     motion: InspectedMotion, file: Path, settings: Mapping, sensor: Mapping, files: Files
 ) -> InspectedMotion:
-    """Return a motion as it is read with its own columns."""
+    """Return a motion, read with the columns that belong to it."""
     part = {"begin": motion.begin, "end": motion.end, "phase": motion.phase}
-    own = {**settings, "travel_column": motion.column, **motion.paired}
+    settings = {**settings, "travel_column": motion.column, **motion.paired}
     times = np.linspace(sensor["start"], sensor["stop"], sensor["samples"])
     try:
-        record = Reader(own, files).read(Operation(1, file, **part), motion.motion)
+        record = Reader(settings, files).read(Operation(1, file, **part), motion.motion)
         result = put_on_grid(record, Grid(times, sensor["noise_sd"]))
     except RejectedCurveError as error:
         return motion._replace(said=(str(error),))
@@ -106,25 +106,25 @@ def overlay_of(proposal: Proposal) -> str:
     lines = ["endurance:", "  format:"]
     for key in filter(given.__contains__, FORMAT):
         value = yaml.safe_dump([given[key]], allow_unicode=True, **_LINE)
-        why = f"  # FILL IN: {proposal.lacking[key]}" if key in proposal.lacking else ""
-        lines.append(f"    {key}: {value.strip()[1:-1]}{why}")
+        meaning = f"  # FILL IN: {proposal.lacking[key]}" if key in proposal.lacking else ""
+        lines.append(f"    {key}: {value.strip()[1:-1]}{meaning}")
     return "\n".join([*lines, ""])
 
 
 def words_of(proposal: Proposal) -> Document:
-    """Return what a file shows, and whether it can be read with the proposal."""
+    """Return the content of a file, and whether it can be read with the proposal."""
     sheet, clock = proposal.findings.sheet, proposal.findings.clock
-    at = "no column of time"
+    time = "no column of time"
     if clock.place is not None:
-        at = f"time in column {sheet.column(clock.place)!r}, {clock.unit or 'an unknown unit'}"
+        time = f"time in column {sheet.column(clock.place)!r}, {clock.unit or 'an unknown unit'}"
     rate = "rate not known" if np.isnan(clock.rate) else f"{in_digits(clock.rate, 6)} kHz"
     size = f"{len(sheet.columns)} columns, {sheet.columns[0].size} samples"
     tables = _motions(proposal), _wired(proposal)
     remarks = [*proposal.remarks]
-    said = [("", f"{m.motion}, {m.column}", text) for m in proposal.motions for text in m.said]
-    for (_, where, text), *others in alike(said):
+    texts = [("", f"{m.motion}, {m.column}", text) for m in proposal.motions for text in m.said]
+    for (_, where, text), *others in alike(texts):
         remarks.append(f"{where}{f' and {len(others)} more' if others else ''}: {text}")
-    parts = [Table(title=str(sheet.file), rows=[f"  {sheet.kind}; {size}; {at}, {rate}"])]
+    parts = [Table(title=str(sheet.file), rows=[f"  {sheet.kind}; {size}; {time}, {rate}"])]
     parts += [table for table in tables if table.rows]
     parts += (
         [Table(title="To look at:", rows=[Remark(e, ITEM) for e in remarks])] if remarks else []
@@ -135,18 +135,18 @@ def words_of(proposal: Proposal) -> Document:
     return Document(parts=parts)
 
 
-def alike(said: Iterable[tuple[str, str, str]]) -> list[list[tuple[str, str, str]]]:
-    """Group remarks ``(of what, where, text)`` that differ in place, numbers or cells only."""
+def alike(remarks: Iterable[tuple[str, str, str]]) -> list[list[tuple[str, str, str]]]:
+    """Group remarks ``(group, place, text)`` whose texts differ only in place, numbers or cells."""
     groups: dict[tuple[str, str], list[tuple[str, str, str]]] = {}
-    for of, where, text in said:
+    for group, where, text in remarks:
         place = rf"^{re.escape(where)}(?:, line \d+)?: "
-        key = of, re.sub(rf"{place}|'[^']*'|[\d.]+", "", text)
-        groups.setdefault(key, []).append((of, where, text))
+        key = group, re.sub(rf"{place}|'[^']*'|[\d.]+", "", text)
+        groups.setdefault(key, []).append((group, where, text))
     return list(groups.values())
 
 
 def _motions(proposal: Proposal) -> Table:
-    """A line for each motion of each channel; times in ms, lengths in mm."""
+    """Return a table with a row for each motion of each channel; times in ms, lengths in mm."""
     heads = ("column", "motion", "first motion", "rest by", "stroke", "noise", "doubtful")
     rows = []
     for motion in proposal.motions:
@@ -161,7 +161,7 @@ def _motions(proposal: Proposal) -> Table:
 
 
 def _wired(proposal: Proposal) -> Table:
-    """The contact with its test current, and the coil with the motor, by channel and motion."""
+    """Return a table of contact with test current, and coil with motor, by channel and motion."""
     rows = {}
     for motion in proposal.motions:
         contact, current, coil, motor = (motion.paired.get(f"{kind}_column", "") for kind in BESIDE)

@@ -38,20 +38,17 @@ from breaker.records.settings import SAME_RATE, complete, lacking
 from breaker.records.sheet import Columns
 from breaker.records.words import MOTION_OF
 
-_MANY = 100  # records from which progress is shown: they take more than a second
-_SAME_STROKE, _ROUNDED = (
-    0.02,
-    0.5,
-)  # share and mm by which strokes may: wrong ratios are off by more
+_MANY = 100  # number of records from which progress is shown: they take more than a second
+_SAME_STROKE, _ROUNDED = 0.02, 0.5  # largest difference of strokes, share and mm; less than a ratio
 
 
 class _Samples(NamedTuple):
-    """Samples of a record, whatever its motion, at even times, ms; travel and quantum in mm."""
+    """Samples of a record with any motion, at even times, ms; travel and quantum in mm."""
 
     columns: Columns
     settings: Mapping
     time: np.ndarray
-    place: np.ndarray  # of each row of the columns among the times
+    place: np.ndarray  # place of each row of the columns among the times
     whole: np.ndarray
     doubts: np.ndarray
     quantum: float
@@ -68,11 +65,11 @@ class Reader:
     def __init__(self, settings: Mapping, files: Files | None = None) -> None:
         self.settings = complete(settings)
         self.files = Files() if files is None else files
-        self._header: tuple[object, Header | None] = None, None  # the last one
-        self._last: tuple[object, _Samples | None] = None, None
+        self._header: tuple[object, Header | None] = None, None  # key and header of the last file
+        self._last: tuple[object, _Samples | None] = None, None  # the same of its samples
 
     def header(self, operation: Operation) -> Header:
-        """Return what stands above the samples of an operation's file."""
+        """Return the header of an operation's file."""
         key = operation.file, operation.channel, operation.line
         if self._header[0] != key:
             settings = {**self.settings, **operation.settings}
@@ -110,7 +107,7 @@ class Reader:
     def read_all(
         self, operations: Sequence[Operation], *motions: str
     ) -> list[list[Record | RejectedCurveError]]:
-        """Read several operations: for each motion a list of records, or why one cannot be used."""
+        """Read several operations; return for each motion a list of records or rejections."""
         results: list[list[Record | RejectedCurveError]] = [[] for _ in motions]
         if len(operations) >= _MANY:
             from tqdm import tqdm  # here, since the import takes longer than one record
@@ -125,7 +122,7 @@ class Reader:
         return results
 
     def _samples_of(self, operation: Operation) -> _Samples:
-        """Return the samples of a record; those of the last one are kept for another motion."""
+        """Return the samples of a record; keep them for its other motion."""
         key = operation.file, operation.channel, operation.line, repr(operation.settings)
         if self._last[0] == key:
             return self._last[1]
@@ -135,8 +132,8 @@ class Reader:
                 raise UnusableError(text)
             scale = Scale.from_settings(settings)
         except ValueError as error:
-            own = ", ".join(operation.settings)
-            where = f"with {own} of its row in operations.csv or its file: " if own else ""
+            keys = ", ".join(operation.settings)
+            where = f"with {keys} of its row in operations.csv or its file: " if keys else ""
             raise UnusableError(f"{where}{error}") from error
         place = operation.channel, operation.line
         columns = read_columns(self.files[operation.file], settings, *place)
@@ -148,21 +145,21 @@ class Reader:
         given = settings["quantum"]
         quantum = seen_quantum(whole) if given is None else given
         doubts = doubtful_samples(whole, float(time[-1] - time[0]) / (time.size - 1), quantum)
-        if not doubts.astype(bool).any():  # in little memory: there may be ten thousand records
+        if not doubts.astype(bool).any():  # saves memory: there may be ten thousand records
             doubts = np.broadcast_to(doubts[:1], doubts.shape)
-        about = columns, settings, time, place, whole, doubts, quantum
-        self._last = key, _Samples(*about, (*columns.remarks, uneven))
+        samples = columns, settings, time, place, whole, doubts, quantum
+        self._last = key, _Samples(*samples, (*columns.remarks, uneven))
         return self._last[1]
 
 
 def _columns_of(opened: Opened, operation: Operation, motion: str, settings: Mapping) -> dict:
-    """Return the columns that belong to a travel, by key of the settings; of the usual travel, only
-    those that the settings do not name.
+    """Return the columns that belong to a travel, by key of the settings; for the usual travel,
+    only columns that the settings do not name.
     """
     columns = read_columns(opened, settings, operation.channel, operation.line)
     usual = settings["travel_column"]
     if len(columns.sheet.names) < 2 + (settings["time_column"] is not None):
-        return {}  # most files: time and travel alone
+        return {}  # most files have only time and travel
     # Imported here, since most files need neither.
     from breaker.records.channels import current_of
     from breaker.records.description import travel_channels
@@ -172,19 +169,19 @@ def _columns_of(opened: Opened, operation: Operation, motion: str, settings: Map
     if place is None:
         return {}
     channels = travel_channels(opened, operation.channel or usual)
-    own = channels.get(str(layout.column(place)), ("", {}))[1].get(motion, {})
+    paired = channels.get(str(layout.column(place)), ("", {}))[1].get(motion, {})
     if layout.place_of(usual) not in (None, place):
-        return {**own}
+        return {**paired}
     contact = settings["contact_column"]
     if contact is not None and (place := layout.place_of(contact)) is not None:
         currents = [layout.column(i) for i in current_of(layout, place)]
-        own = {**own, "current_column": (*currents, None)[0]}
-    return {key: column for key, column in own.items() if settings[key] is None and column}
+        paired = {**paired, "current_column": (*currents, None)[0]}
+    return {key: column for key, column in paired.items() if settings[key] is None and column}
 
 
 def separate_motions(operation: Operation, error: Exception) -> list[Operation]:
-    """Return an operation once for each motion, where it was rejected for having several of one;
-    else none.
+    """Return an operation for each part, if the record was rejected because a motion occurs several
+    times; otherwise an empty list.
     """
     cause = error.__cause__
     parts = cause.parts if isinstance(cause, SeveralMotionsError) else ()
@@ -194,7 +191,7 @@ def separate_motions(operation: Operation, error: Exception) -> list[Operation]:
 def _locate(
     operation: Operation, samples: _Samples, motion: str, stated: Sequence[str], header: Header
 ) -> Record:
-    """Return a motion in samples; raise UnusableError."""
+    """Return the record of a motion in samples; raise UnusableError if it cannot be used."""
     warning = _contradiction(operation, samples, motion, header)
     time, settings, columns = samples.time, samples.settings, samples.columns
     sure = np.where(samples.doubts == "", samples.whole, np.nan)
@@ -213,15 +210,15 @@ def _locate(
     remarks = *samples.remarks, *doubtful, *stated
     warning = warning or _other_stroke(operation, segment.stroke, header.strokes)
     record = Record(*located, operation, settings, rest, contact, currents, remarks, warning)
-    _ = record.reading  # raises where the motion does not go on to its rest
+    _ = record.reading  # raises if the motion does not reach its rest
     return record
 
 
 def _contradiction(operation: Operation, samples: _Samples, motion: str, header: Header) -> str:
-    """Return a warning where a file states another rate than its record has, or "".
+    """Return a warning if a file states another rate than its record has, or "".
 
     Raises:
-        UnusableError: If the file states another rate than the configuration, or another motion.
+        UnusableError: If the file contradicts the configured rate, or states another motion.
     """
     motions = {MOTION_OF[letter] for letter in header.operation.split("-") if letter}
     if motions and motion not in motions:
@@ -242,7 +239,7 @@ def _contradiction(operation: Operation, samples: _Samples, motion: str, header:
 
 
 def _other_stroke(operation: Operation, stroke: float, stated: Sequence[float]) -> str:
-    """Return a warning where none of the strokes that a file states is that of the record."""
+    """Return a warning if all strokes that a file states differ from the record's, or ""."""
     if not stated or min(abs(mm - stroke) for mm in stated) <= _SAME_STROKE * stroke + _ROUNDED:
         return ""
     strokes = " and ".join(dict.fromkeys(in_digits(mm, 4) for mm in stated))

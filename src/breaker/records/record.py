@@ -1,7 +1,7 @@
 """One motion of a record: travel at even times in mm, the first motion, contacts and currents.
 
-A ``Record`` holds what a file shows without the grid of a model; ``reader.Reader`` reads it, and
-``curves`` puts it on a grid.
+A ``Record`` does not depend on the grid of a model; ``reader.Reader`` reads it, and ``curves`` puts
+it on a grid.
 """
 
 from collections.abc import Mapping, Sequence
@@ -36,12 +36,12 @@ class Record(LocatedMotion):
     """One motion of a record."""
 
     operation: Operation  # operation of the record, with the settings that its file states
-    settings: Mapping  # the section endurance.format, complete, with those of the operation
+    settings: Mapping  # the section endurance.format, complete, with settings of the operation
     rest: float  # reading of the open breaker, mm; it is subtracted on a grid
     contact: ContactTimes  # times of the contact and of the trigger
     currents: Currents  # currents of the coil and of the motor, and the resistance of the contact
     file_remarks: tuple[str, ...]  # remarks on the file
-    # contradiction between the file's own statements and how it was read; "" is none
+    # contradiction between statements of the file and its reading; "" if there is none
     warning: str = ""
 
     @property
@@ -51,12 +51,12 @@ class Record(LocatedMotion):
 
     @property
     def resistance(self) -> np.ndarray:
-        """Resistance of the contact, ``(n,)``, µΩ; nan where there is none, or no unit of it."""
+        """Resistance of the contact, ``(n,)``, µΩ; nan without a channel or its unit."""
         return self.currents.channel("contact")
 
     @cached_property
     def no_drive(self) -> str:
-        """Why the motion cannot be of a breaker's drive, so that no limit is judged; or ""."""
+        """Reason why no drive moves so, in which case no limit is judged; or ""."""
         return of_no_drive(self.motion, self.time[self.inside], self.done, self.segment.stroke)
 
     def remarks_on(self, grid: "Grid | None" = None) -> list[str]:
@@ -72,8 +72,8 @@ class Record(LocatedMotion):
         remarks += [Remark("range-ends", level=in_digits(level, 4)) for level in ends]
         amplitude, frequency = self.hum
         if amplitude:
-            about = in_digits(2.0 * amplitude, 2), round(1000.0 * frequency)
-            remarks.append(Remark("hum", way=about[0], frequency=about[1]))
+            swing, hertz = in_digits(2.0 * amplitude, 2), round(1000.0 * frequency)
+            remarks.append(Remark("hum", way=swing, frequency=hertz))
         elif self.ripple:
             remarks.append(Remark("ripples", rms=in_digits(self.ripple, 2)))
         if grid and grid.onset_sd and self.first_motion_sd > grid.onset_sd:
@@ -87,11 +87,11 @@ class Record(LocatedMotion):
     def measured(
         self, speeds: Sequence[Speed], contact: ContactTimes | None = None
     ) -> dict[str, Measured]:
-        """Measure the quantities of the motion; times of the contact may be another file's."""
+        """Measure the quantities of the motion; contact times may come from another file."""
         contact = contact or self.contact
         return self.reading.with_contact(contact, speeds, self.currents).quantities()
 
     @cached_property
     def reading(self) -> Reading:
-        """What is measured of the travel, without a contact's times or speeds."""
+        """Measurement of the travel, without speeds."""
         return Reading(self, self.contact, ())

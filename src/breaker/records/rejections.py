@@ -1,4 +1,4 @@
-"""Why a record cannot be used, and what is doubtful about one that is used."""
+"""Reasons to reject a record, and remarks on doubts about records that are used."""
 
 from collections.abc import Sequence
 from statistics import NormalDist
@@ -7,19 +7,19 @@ FALSE = 1.25e-4
 """False-alarm rate of a check by a statistic, on good records."""
 
 MATTERS = 0.003
-"""Strokes: smaller errors change no quantity by more than its usual error."""
+"""Largest error, strokes, that changes no quantity by more than its usual error."""
 
 FEWEST = 12
-"""Samples of which a level or noise is known."""
+"""Fewest samples from which a level or noise is estimated."""
 
 
 def normal_sds(count: int) -> float:
-    """Return the sds that the largest of so many white values exceeds at the rate ``FALSE``."""
+    """Return the sds that the largest of ``count`` white values exceeds at the rate ``FALSE``."""
     return -NormalDist().inv_cdf(0.5 * FALSE / max(count, 1))
 
 
 DISTURBED = {"hum", "no-drive", "range-ends"}
-"""Codes of remarks without which no value of the record should be read."""
+"""Codes of remarks that must accompany every value of the record."""
 
 TEXTS = {
     "doubtful-samples": "{count} samples that no sensor of this stroke gives: {places}",
@@ -54,11 +54,11 @@ TEXTS = {
 
 
 class Remark(str):
-    """What is doubtful about a record, in words; made of a template by the values in it.
+    """Doubt about a record, as a text made from a template and values.
 
     Attributes:
-        code: Name of the kind.
-        values: The values in its text, by name.
+        code: Code of the remark.
+        values: Values in the text, by name.
     """
 
     code: str
@@ -71,7 +71,7 @@ class Remark(str):
 
 
 class UnusableError(ValueError):
-    """A record that cannot be used, and the line of its file that shows it, if there is one."""
+    """Record that cannot be used; ``line`` is the line of its file with the reason, if any."""
 
     def __init__(self, reason: str, *, line: int | None = None) -> None:
         super().__init__(reason)
@@ -79,7 +79,7 @@ class UnusableError(ValueError):
 
 
 class SeveralMotionsError(UnusableError):
-    """A record with a motion more than once, and the parts that hold each of them, ms."""
+    """Record with a motion more than once, and the parts that contain these motions, ms."""
 
     def __init__(self, reason: str, parts: Sequence[tuple[float, float]]) -> None:
         super().__init__(reason)
@@ -87,8 +87,8 @@ class SeveralMotionsError(UnusableError):
 
 
 class OtherMotionError(UnusableError):
-    """A record that states or shows another motion alone than the one that is asked for."""
+    """Record that states or shows only another motion than requested."""
 
 
 class NotShownError(ValueError):
-    """A value that the curve does not show."""
+    """Value that the curve does not show."""

@@ -1,4 +1,4 @@
-"""The section ``endurance.format`` of the configuration: what is in a curve file."""
+"""The section ``endurance.format`` of the configuration, which describes curve files."""
 
 import codecs
 from collections.abc import Mapping
@@ -8,14 +8,14 @@ TO_MS = {"s": 1e3, "ms": 1.0, "us": 1e-3}
 TO_MM = {"mm": 1.0, "cm": 10.0, "m": 1e3, "um": 1e-3, "inch": 25.4}
 
 RATES = (0.95, 105.0)
-"""The least and the largest rate, kHz, of recorders: what is stated or guessed is within."""
+"""Smallest and largest rate of recorders, kHz; limits for stated and estimated rates."""
 
 READABLE = (RATES[0], 1000.0)
-"""The same of records that are read, whether times or settings give it."""
+"""Smallest and largest rate, kHz, of records that can be read."""
 
 SAME_RATE = 0.01
-"""Share by which two statements of a rate may differ: they are rounded, and clocks of recorders
-agree to far less."""
+"""Share by which two statements of a rate may differ by rounding; clocks of recorders agree far
+better."""
 
 FORMAT = {
     "encoding": "utf-8",
@@ -39,11 +39,11 @@ FORMAT = {
     "motor_column": None,
     "missing": 0.5,
 }
-"""The default of every setting; so is ``endurance.format`` in config/config.yaml."""
+"""Default of every setting, as in ``endurance.format`` of config/config.yaml."""
 
 
 def lacking(settings: Mapping) -> str:
-    """Return a message on what complete settings lack, unless the table of operations states it."""
+    """Return a message if complete settings lack a unit or rate that the table does not state."""
     unit = settings["travel_unit"]
     if unit not in TO_MM and not (settings["ratio"] or settings["table"]):
         return (
@@ -60,10 +60,10 @@ def lacking(settings: Mapping) -> str:
 
 
 def complete(settings: Mapping) -> dict:
-    """Return settings with the defaults of those that are not given.
+    """Return settings, completed by defaults.
 
     Raises:
-        ValueError: If a setting is unknown, or one with which no file can be read.
+        ValueError: If a setting is unknown, or its value is not allowed.
     """
     if unknown := [key for key in settings if key not in FORMAT]:
         raise ValueError(f"endurance.format has no {', '.join(unknown)}; see config/config.yaml")

@@ -14,26 +14,26 @@ from breaker.records.cells import LARGEST_NUMBER
 from breaker.records.files import RejectedCurveError
 from breaker.records.header import Header, header_of
 
-EVERY = -1  # the place, in ``Sheet.wrong``, of what is wrong with every column
+EVERY = -1  # place in ``Sheet.wrong`` of an error in every column
 
 
 @dataclass(frozen=True, eq=False)
 class Sheet:
-    """A table of samples, with what stands above it.
+    """Table of samples, with the lines above it.
 
     Attributes:
         file: Name of the file.
-        names: Name of each column, empty where it has none.
+        names: Name of each column, empty for a column without a name.
         columns: Numbers of each column, ``(t,)``, NaN where a sample is missing.
-        texts: Unit of each column as it stands in the file, apart from its name, or "".
+        texts: Unit of each column as stated in the file separately from its name, or "".
         preamble: Cells of the lines above the samples, without names and units.
         settings: Known settings of ``endurance.format``, by key.
-        clock: Place of the column that the format itself knows to be the time; it is the time where
-            no column has the name that settings have for it.
+        clock: Place of the column that the format itself states as the time; used if no column has
+            the name in the settings.
         remarks: Doubts about the file, in words.
         kind: Name of this kind of file in messages.
-        lines: Line of each sample in the file, ``(t,)``; its number where the file has no lines.
-        wrong: Line and text of the first cell of a column that is not a number, by its place.
+        lines: Line of each sample in the file, ``(t,)``; its number if the file has no lines.
+        wrong: Line and text of the first cell of a column that is not a number, by place.
         header: Contents of the preamble, where they are known.
     """
 
@@ -61,7 +61,7 @@ class Sheet:
 
     @cached_property
     def units(self) -> list[str | None]:
-        """Unit of each column as the settings call it; None where none is known."""
+        """Unit of each column as the settings name it; None if unknown."""
         pairs = zip(self.names, self.texts, strict=True)
         return [words.unit_of(text) if text else words.split_unit(name)[1] for name, text in pairs]
 
@@ -71,14 +71,14 @@ class Sheet:
         return self.header or header_of(self.preamble, self.lines.size)
 
     def column(self, place: int) -> str | int:
-        """Return the name of a column, if possible without its unit, or its number."""
+        """Return the name of a column, if possible without its unit, or else its number."""
         for names in ([words.split_unit(name)[0] for name in self.names], self.names):
             if names[place] and names.count(names[place]) == 1:
                 return names[place]
         return place + 1
 
     def place_of(self, column: str | int) -> int | None:
-        """Return the place of a column that settings name; None where it is not one."""
+        """Return the place of a column that settings name; None if it is not unique."""
         places = words.places_of(self.names, column)
         if not places and isinstance(column, str):
             places = words.places_of(self.names, words.split_unit(column)[0])
@@ -89,17 +89,17 @@ class Sheet:
 
 @dataclass(frozen=True, eq=False)
 class Columns:
-    """The columns of a record.
+    """Columns of a record.
 
     Attributes:
-        time: Times, ``(t,)``; None where the file has none.
-        travel: Readings, ``(t,)``, NaN where one is missing.
-        lines: Line of each in the file, ``(t,)``.
+        time: Times, ``(t,)``; None if the file has no times.
+        travel: Readings, ``(t,)``, NaN where a sample is missing.
+        lines: Line of each sample in the file, ``(t,)``.
         remarks: Doubts about the file, in words.
-        paired: Columns of ``words.BESIDE`` that are wanted, by kind, ``(t,)``, NaN where missing.
-        sizes: Amperes, of a contact microohms, of the unit of each of these; nan where it is of
-            neither.
-        sheet: Everything in the file.
+        paired: Wanted columns of ``words.BESIDE``, by kind, ``(t,)``, NaN where missing.
+        sizes: Amperes (microohms for a contact) of one unit of a paired column; nan for other
+            units.
+        sheet: Entire table of the file.
     """
 
     time: np.ndarray | None
@@ -118,8 +118,8 @@ def columns_of(sheet: Sheet, settings: Mapping) -> Columns:
         settings: The section ``endurance.format``, complete.
 
     Raises:
-        RejectedCurveError: If a column is not there, states another unit, or has a number that is
-            not a reading; without a time column also if a line between its samples is blank.
+        RejectedCurveError: If a column does not exist, states another unit, or has an impossible
+            number; without a time column also if a line between its samples is blank.
     """
     wanted = words.wanted_columns([sheet.names], settings)
     places, remarks = _places(sheet, wanted, settings)
@@ -141,7 +141,7 @@ def columns_of(sheet: Sheet, settings: Mapping) -> Columns:
     there = np.flatnonzero(~np.isnan(travel))
     if there.size == 0:
         raise RejectedCurveError(sheet.file, f"{words.label_of(wanted['travel'])} has no samples")
-    # Channels may differ in length: blanks at the end are its end, not missing samples.
+    # Channels may differ in length: blanks at the end are not missing samples.
     kept = np.arange(there[-1] + 1)
     if time is not None:
         kept = np.flatnonzero(~np.isnan(time[: kept.size]))
@@ -168,20 +168,20 @@ def columns_of(sheet: Sheet, settings: Mapping) -> Columns:
 def _places(
     sheet: Sheet, wanted: Mapping[str, str | int], settings: Mapping
 ) -> tuple[dict[str, int], tuple[str, ...]]:
-    """The places of the columns, and a remark where a rate stands for that of the time."""
+    """Return the places of the columns, and a remark if a rate replaces the column of time."""
     places, remarks = {}, ()
     for kind, column in wanted.items():
-        at = words.places_of(sheet.names, column)
-        if len(at) == 1:
-            places[kind] = at[0]
-        elif not at and kind == "time" and sheet.clock is not None and isinstance(column, str):
+        named = words.places_of(sheet.names, column)
+        if len(named) == 1:
+            places[kind] = named[0]
+        elif not named and kind == "time" and sheet.clock is not None and isinstance(column, str):
             continue
-        elif not at and kind == "time" and settings["rate"] and isinstance(column, str):
+        elif not named and kind == "time" and settings["rate"] and isinstance(column, str):
             rate = in_digits(settings["rate"], 6)
             remarks = (f"there is no column {column!r}: times are those of the rate, {rate} kHz",)
         else:
             names = ", ".join(repr(name.strip()[:40]) for name in sheet.names[:40] if name)
-            many = "more than one" if at else "no"
+            many = "more than one" if named else "no"
             reason = f"{many} column {column!r} among {names}; give its number, from 1, instead"
             raise RejectedCurveError(sheet.file, reason)
     if sheet.clock is not None:
@@ -192,10 +192,10 @@ def _places(
 def _unit_remarks(
     sheet: Sheet, kind: str, place: int, label: str, settings: Mapping
 ) -> tuple[str, ...]:
-    """Refuse another unit than that of the settings; remark on one that is not known."""
+    """Reject a unit that differs from the settings; return a remark on an unknown unit."""
     text = sheet.texts[place] or words.split_unit(sheet.names[place])[1] or ""
-    own, stated = settings[f"{kind}_unit"], words.unit_of(text)
-    said = f"the unit of {label} is {text!r}, but endurance.format.{kind}_unit is {own!r}"
-    if stated and stated != own:
-        raise RejectedCurveError(sheet.file, said)
-    return (f"{said}: that of the file is not known",) if text and not stated else ()
+    unit, stated = settings[f"{kind}_unit"], words.unit_of(text)
+    reason = f"the unit of {label} is {text!r}, but endurance.format.{kind}_unit is {unit!r}"
+    if stated and stated != unit:
+        raise RejectedCurveError(sheet.file, reason)
+    return (f"{reason}: that of the file is not known",) if text and not stated else ()

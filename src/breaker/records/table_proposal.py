@@ -1,7 +1,7 @@
-"""A first ``operations.csv`` of a folder, to be checked and completed. Light to import.
+"""Propose an ``operations.csv`` for a folder, to be checked and completed. Light to import.
 
-What files state goes before their names. What neither states is FILL IN, so that the table is
-refused until it is completed.
+Statements in files take precedence over their names. Values that neither states are FILL IN, so
+that the table is rejected until it is completed.
 """
 
 import math
@@ -41,10 +41,10 @@ class InspectedMotion(NamedTuple):
     Attributes:
         motion, column: "closing" or "opening", and the column of its travel.
         phase: Phase of the channel, empty if nothing states it.
-        begin, end: Part of the record that contains it alone; NaN for the ends of the record.
-        begins, arrives: About when it begins, and when it rests again.
-        paired: Columns that belong to it, by key of the settings.
-        result, said: As it was read with a proposal, unless rejected; reasons and remarks.
+        begin, end: Part of the record with only this motion; NaN for the ends of the record.
+        begins, arrives: Approximate times of its start and of the rest after it.
+        paired: Columns that belong to the motion, by key of the settings.
+        result, said: Record that was read with a proposal, None if rejected; reasons and remarks.
     """
 
     motion: str
@@ -60,14 +60,14 @@ class InspectedMotion(NamedTuple):
 
     @property
     def record(self) -> "Record | None":
-        """The record that was read; None where it was not."""
+        """Record that was read; None if it was not."""
         return self.result.record if self.result else None
 
 
 class Description(NamedTuple):
-    """What is seen in a file: its header, motions, and settings of ``endurance.format``, FILL IN
-    for those that it does not show; whether it is certain which motions close; why it is not a
-    record, if so; and a digest of its travels, the same in copies.
+    """Contents of a file: its header, motions, and settings of ``endurance.format``, FILL IN for
+    unknown settings; whether the sign is certain; the reason if the file is not a record; and a
+    digest of its travels, which is the same in copies.
     """
 
     preamble: Header = Header()
@@ -82,8 +82,8 @@ _Look = Callable[[Opened, int], Description]
 
 
 class _File(NamedTuple):
-    """A file, or a line of one that is a record: its path, the line, empty where it is none, its
-    motions by names, its breaker by folders with other names, what is seen in it.
+    """File, or line of a file that is a record: its path; the line, 0 for a file; motions in its
+    name or folders; its other folders, which name the breaker; and its contents.
     """
 
     path: str
@@ -94,7 +94,7 @@ class _File(NamedTuple):
 
     @property
     def breaker(self) -> str:
-        """Name of the breaker that the text states."""
+        """Name of the breaker that the header states."""
         return self.seen.preamble.serial or " ".join(self.seen.preamble.bay.split())
 
 
@@ -106,19 +106,20 @@ def propose_manifest(
 ) -> tuple[str, list[str]]:
     """Propose the table of a folder and those below it.
 
-    Files go before names. A folder is a motion if it is named after one, and else a breaker. The
-    counter comes from the names where they leave no doubt; else operations are numbered from 1.
+    Statements in files take precedence over names. A folder named after a motion contains this
+    motion; other folders are breakers. The counter comes from the names if they are unambiguous;
+    otherwise operations are numbered from 1.
 
     Args:
-        folder, channels: Folder of the curve files; columns of travel, each a phase of its own.
-        motions: Which motions have rows; a file of another one is left out.
-        look: Describes a file, or its line that is a record, so that not only its name counts.
+        folder, channels: Folder of the curve files; columns of travel, one for each phase.
+        motions: Motions that have rows; files of other motions are left out.
+        look: Describes the contents of a file, or of a line that is a record.
 
     Returns:
-        The text of the table, and what to check in it, in words.
+        The text of the table, and remarks on what to check in it.
 
     Raises:
-        FileNotFoundError: If there is no such folder, or no record of these motions.
+        FileNotFoundError: If the folder does not exist, or has no record of these motions.
     """
     if not os.path.isdir(folder):
         raise FileNotFoundError(f"there is no folder {printable(folder)!r}; name that of the files")
@@ -128,15 +129,15 @@ def propose_manifest(
     groups: dict[str, list[_Row]] = defaultdict(list)
     for file in files:
         breaker = (file.breaker or (FILL_IN if stated else file.folder))[:LONGEST]
-        own = (row for row in _rows(file, channels) if row["motion"] in (*motions, FILL_IN))
-        groups[breaker] += [{**row, "breaker": breaker} for row in own]
-    rows = [row for own in groups.values() for row in own]
+        kept = (row for row in _rows(file, channels) if row["motion"] in (*motions, FILL_IN))
+        groups[breaker] += [{**row, "breaker": breaker} for row in kept]
+    rows = [row for group in groups.values() for row in group]
     if not rows:
         reason = f"{printable(folder)} has no file of a record of {' or '.join(motions)}"
         raise FileNotFoundError("; ".join([reason, *remarks]))
-    for breaker, own in groups.items():
-        if not _number(own):
-            text = f"{len(own)} rows are numbered from 1 in the order of dates or names"
+    for breaker, group in groups.items():
+        if not _number(group):
+            text = f"{len(group)} rows are numbered from 1 in the order of dates or names"
             remarks.append(f"{breaker}: {text}" if breaker else text)
     rows.sort(key=lambda row: (row["breaker"], row["operation"], row["motion"]))
     default = {"line": "", **{name: _cell(value) for name, value in FORMAT.items()}}
@@ -145,8 +146,8 @@ def propose_manifest(
 
 
 def _files(folder: Path, look: _Look, remarks: list[str]) -> list[_File]:
-    """Return the files in a folder and below, or their lines, that may be records, each once: of
-    those with equal samples the first. Remark on those left out.
+    """Return the files in a folder and below, or their lines, that may be records, but only the
+    first of copies. Add remarks on files that are left out.
     """
     first: dict[str, tuple[str, _File]] = {}
     for place, folders, _ in os.walk(folder):
@@ -154,15 +155,15 @@ def _files(folder: Path, look: _Look, remarks: list[str]) -> list[_File]:
         for file in sorted(record_files(place), key=natural):
             path, opened = file.relative_to(folder).as_posix(), Opened(file)
             parts = path.split("/")[:-1]
-            # The folder that is nearest to the file goes first, then its name.
+            # The nearest folder takes precedence, then the name of the file.
             texts = [*reversed(parts), file.stem, folder.resolve().name]
             motions = next(filter(None, map(motions_in, texts)), ())
-            own = "/".join(part for part in parts if not motions_in(part))
+            folders_of = "/".join(part for part in parts if not motions_in(part))
             left = []
             for record in records_in(opened) or [RecordLine(0, 0, "")]:
                 line, seen = record.line, look(opened, record.line)
-                at = f"{path}, line {line}" if line else path
-                other, _ = first.get(samples := seen.samples or at, ("", None))
+                name = f"{path}, line {line}" if line else path
+                other, _ = first.get(samples := seen.samples or name, ("", None))
                 if not path.isprintable():
                     why = "has a sign in its name that a table cannot hold; rename it"
                 elif seen.reason and not motions:
@@ -170,9 +171,9 @@ def _files(folder: Path, look: _Look, remarks: list[str]) -> list[_File]:
                 elif other:
                     why = f"has the samples of {other}; export it again if it is of another record"
                 else:
-                    first[samples] = at, _File(path, record, motions, own, seen)
+                    first[samples] = name, _File(path, record, motions, folders_of, seen)
                     continue
-                left.append(f"left out: {printable(at)} {why}")
+                left.append(f"left out: {printable(name)} {why}")
             more = [f"left out: {len(left) - 1} more lines of {printable(path)}"] * (len(left) > 1)
             remarks += [*left[:1], *more]
     return [file for _, file in first.values()]
@@ -186,7 +187,7 @@ def _rows(file: _File, channels: Sequence[str]) -> list[_Row]:
     seen, shown = file.seen, {part.motion for part in file.seen.parts}
     line, number, date = file.record
     dates = (date,) if date else seen.preamble.dates or in_order(dates_of(Path(file.path).stem))
-    date = FILL_IN if len(dates) > 1 else "".join(dates)  # day or month first: nobody knows
+    date = FILL_IN if len(dates) > 1 else "".join(dates)  # the order of day and month is unknown
     cells: _Row = {"file": file.path, "line": line or "", "operation": number or None, "date": date}
     if seen.settings:
         cells |= {key: _cell(value) for key, value in {**FORMAT, **seen.settings}.items()}
@@ -200,20 +201,20 @@ def _rows(file: _File, channels: Sequence[str]) -> list[_Row]:
     if len(phases) > 1 and len({*phases.values()} - {""}) < len(phases):
         phases = {column: str(column) for column in phases}
     sure = seen.sure or shown <= {*file.motions}
-    # Lines of a file are of one sign, which their motions assume.
+    # All lines of a file have the same sign, which determines their motions.
     unsure = {} if sure else {"sign": FILL_IN} if line else {"motion": FILL_IN, "sign": FILL_IN}
     if cells.get("rate") == FILL_IN and len(parts) > len(phases):
         unsure |= {"from": FILL_IN, "to": FILL_IN}
     listed_rows = []
     for part in parts:
-        own = {"motion": part.motion, "channel": part.column, "phase": phases[part.column]}
-        own |= {"from": _cell(part.begin), "to": _cell(part.end), **part.paired}
-        listed_rows.append({**cells, **own, **unsure})
+        row = {"motion": part.motion, "channel": part.column, "phase": phases[part.column]}
+        row |= {"from": _cell(part.begin), "to": _cell(part.end), **part.paired}
+        listed_rows.append({**cells, **row, **unsure})
     return listed_rows
 
 
 def _cell(value: object) -> str:
-    """Return the cell of a setting or a number; empty if it is not known, as None or NaN."""
+    """Return the cell of a setting or a number; empty for None or NaN."""
     if value is None or value != value:
         return ""
     if isinstance(value, float):
@@ -222,20 +223,20 @@ def _cell(value: object) -> str:
 
 
 def _number(rows: Sequence[_Row]) -> bool:
-    """Add phases in names, and counters: those in the names if they leave no doubt, else from 1, by
-    the dates if all rows have one, then by name. The first operations of a day, in any motion and
-    phase, are those after the last of the day before. Return whether names leave no doubt.
+    """Add phases from names, and counters. Counters come from names if these are unambiguous, else
+    they start at 1, in the order of dates, if all rows have one, and names. Each day continues the
+    numbers of the day before, in all motions and phases. Return whether names are unambiguous.
     """
     named = phases_in_names({Path(row["file"]) for row in rows if not row["phase"]})
     poles: dict[tuple[str, str], list[_Row]] = defaultdict(list)
     for row in rows:
         row["phase"] = row["phase"] or named.get(Path(row["file"]), "")
         poles[row["motion"], row["phase"]].append(row)
-    for own in poles.values():
-        numbers = numbers_in([Path(row["file"]).stem for row in own])
-        for row, number in zip(own, numbers, strict=True):
+    for pole in poles.values():
+        numbers = numbers_in([Path(row["file"]).stem for row in pole])
+        for row, number in zip(pole, numbers, strict=True):
             row["operation"] = row["operation"] or number
-    if all(len({row["operation"] for row in own} - {None}) == len(own) for own in poles.values()):
+    if all(len({row["operation"] for row in p} - {None}) == len(p) for p in poles.values()):
         return True
     dated = all(row["date"] not in ("", FILL_IN) for row in rows)
     counts: Counter = Counter()

@@ -1,8 +1,8 @@
-"""Meanings of the words of makers, those of ``words.yaml``: of columns, units, motions, phases.
+"""Meanings of manufacturers' words for columns, units, motions and phases, from ``words.yaml``.
 
-A column is found by its name, or else without regard to capitals and to a unit behind it. A unit is
-bare, in brackets, or behind a name; behind a blank only if the name is of a time or a travel. A
-single letter counts in its own case, and letters of phases are not units: `Travel (S)`.
+A column is found by its exact name, or else without its unit and in any case. A unit stands alone,
+in brackets, or after a name; after a blank only if the name is of a time or a travel. The case of a
+single letter matters, and letters of phases are not units: `Travel (S)`.
 """
 
 import re
@@ -13,7 +13,7 @@ from typing import Any
 
 import yaml
 
-_LONGEST = 200  # signs of a name or text that is searched: bounds the time
+_LONGEST = 200  # most signs of a name or text that are searched: bounds the time
 
 BESIDE = ("contact", "current", "trigger", "motor")
 """Columns that a record may have in addition to time and travel, in any unit."""
@@ -57,13 +57,13 @@ _kinds_of = by_words(WORDS["columns"])
 
 
 def holds(name: str, kind: str) -> bool:
-    """Return whether a column is of a kind of ``columns`` of the lexicon, by its name."""
+    """Return whether the name of a column has a meaning ``kind`` of the lexicon's ``columns``."""
     return kind in _kinds_of(name)
 
 
 def wanted_columns(rows: Iterable[Sequence[str]], settings: Mapping) -> dict[str, str | int]:
-    """Return the columns of a record by kind, as settings name them. A travel that is a number in
-    words is a number, unless one of the rows has it for a name.
+    """Return the columns of a record by kind, as settings name them. A travel column in digits is
+    a number, unless one of the rows contains it as a name.
     """
     travel = settings["travel_column"]
     if str(travel).isdecimal() and not named_in(rows, str(travel)):
@@ -115,27 +115,27 @@ def unit_of(text: str) -> str | None:
 
 
 def split_unit(name: str) -> tuple[str, str | None]:
-    """Return the name of a column without its unit, and the unit; None where it has none."""
+    """Return the name of a column without its unit, and the unit, None without a unit."""
     match = _BEHIND.fullmatch(name) if len(name) <= _LONGEST else None
     if not match:
         return name, None
-    behind = next(filter(None, match.groups()[1:]), "")
-    unit = unit_of(behind)
-    if match["bare"] and behind not in WORDS["no_units"]:  # `Coil s` and `Travel min` have none
+    suffix = next(filter(None, match.groups()[1:]), "")
+    unit = unit_of(suffix)
+    if match["bare"] and suffix not in WORDS["no_units"]:  # no unit in `Coil s` and `Travel min`
         timely = holds(match[1], "time") or holds(match[1], "travel")
         unit = unit if timely and unit in WORDS["units"] else None
-    elif behind.strip() in WORDS["no_units"]:
+    elif suffix.strip() in WORDS["no_units"]:
         inches = "in" in match.groups()[1:3] and holds(match[1], "travel")
         unit = unit if inches or match[5] else None  # `CH1 in V`
     return (match[1] or name, unit) if unit else (name, None)
 
 
 def amperes_of(name: str, unit: str = "") -> float:
-    """Return how many amperes one of the unit of a column is; nan where that is not a current.
+    """Return the amperes of one unit of a column; nan if the unit is not a current.
 
     Args:
-        name: Name of the column. An `A` behind it is a phase, unless the name is of a current.
-        unit: Unit that is stated apart from the name.
+        name: Name of the column. An `A` after the name is a phase, unless it names a current.
+        unit: Unit that is stated separately from the name.
     """
     if unit.strip():
         return WORDS["amperes"].get(unit_of(unit), float("nan"))
@@ -146,9 +146,9 @@ def amperes_of(name: str, unit: str = "") -> float:
 
 
 def microohms_of(name: str, unit: str = "") -> float:
-    """Return how many microohms one of the unit of a column is; nan where that is not a resistance.
+    """Return the microohms of one unit of a column; nan if the unit is not a resistance.
 
-    ``unit`` is stated apart from the name, behind which it may stand instead.
+    ``unit`` is stated separately from the name; if empty, the name may contain the unit.
     """
     stated = unit_of(unit) if unit.strip() else split_unit(name)[1]
     stated = stated or unit_of(name.rpartition(" ")[2])
@@ -162,18 +162,18 @@ motions_in = by_words(
         for motion, by in WORDS["motion_words"].items()
     }
 )
-"""The motions that words of a text name."""
+"""Motions that words of a text name."""
 
 
 def motion_of(text: str) -> str:
-    """Return the motion that a text names, empty where it names none, or both."""
+    """Return the motion that a text names, empty if it names neither or both."""
     letter = re.match(r"\s*([CO])\b", text)
     named = motions_in(text) or (letter and (MOTION_OF[letter[1]],)) or ()
     return named[0] if len(named) == 1 else ""
 
 
 def sequence_of(text: str) -> str:
-    """Return the motions of an operation that a text states, in their order."""
+    """Return the sequence of motions that a text states, such as ``"C-O"``."""
     words = re.findall(r"[^\W\d_]+", text.lower())
     letters = WORDS["letters"]
     parts = [part for word in words for part in (word if {*word} <= {*letters} else [word])]
@@ -208,12 +208,12 @@ _PHASE = re.compile(
 
 
 def channel_of(text: str) -> int:
-    """Return the number of the channel that a text names, 0 where it names none."""
+    """Return the number of the channel that a text names, 0 without a channel."""
     match = CHANNEL.search(text)
     return int(match[1]) if match else 0
 
 
 def phase_in(text: str) -> str:
-    """Return the phase that a text names, empty where it names none."""
+    """Return the phase that a text names, empty without a phase."""
     match = _PHASE.search(split_unit(text.strip())[0])
     return next(filter(None, match.groups()), "").strip() if match else ""
