@@ -1,1 +1,1 @@
-"""Exports of analysers written at random, and what is read of them."""
+"""Random exports of analysers, and a comparison of their readings with the truth."""

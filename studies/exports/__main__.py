@@ -1,10 +1,10 @@
-"""Exports of analysers of breakers, written at random with their truth, and what is read of them.
+"""Write random exports of breaker analysers, read them, and compare the values with the truth.
 
     python -m studies.exports --sheets 200 --seed 1 --table docs/exports.csv --rows rows.csv
 
-A sheet is inspected by ``breaker inspect``, what it proposes is filled in where it says so (the
-rate), and its records are inferred with contacts and coils that ``inspect`` names. A value is false
-beyond three standard deviations and beyond a tolerance (times: 0.5 ms), or if of another channel.
+``breaker inspect`` proposes settings for a sheet, the study fills in a missing rate, and ``breaker
+infer`` uses the contacts and coils that ``inspect`` names. A value is false if its error exceeds
+three standard deviations and a tolerance (times: 0.5 ms), or if it is of another channel.
 """
 
 import json
@@ -27,15 +27,15 @@ def part(text: str, head: str) -> list[str]:
 
 
 def read_inspection(text: str, truth: dict) -> dict:
-    """Return the tables that `breaker inspect` prints."""
+    """Return the channels and columns in the tables that `breaker inspect` prints."""
     names = {bare(c): c for c in truth["columns"]}
     motion = r"(closing|opening)"
     document: dict = {"columns": [], "moves": []}
     for line in part(text, "column +motion +first"):
         result = re.match(rf"  (.+?)\s+{motion}\s.*\saccepted", line)
         if result:
-            own = [name for name in names if name and result[1].startswith(name)]
-            document["moves"].append([max(own, key=len, default=result[1]), result[2]])
+            known = [name for name in names if name and result[1].startswith(name)]
+            document["moves"].append([max(known, key=len, default=result[1]), result[2]])
     for line in part(text, "contacts and coils"):
         result = re.match(rf"  (.+?)\s+{motion}\s\s\s(.*)", line)
         if result:
@@ -50,7 +50,7 @@ def read_inspection(text: str, truth: dict) -> dict:
 
 
 def ask(path: Path, truth: dict, folder: Path) -> tuple[dict, list[str]]:
-    """Return what the product says of a file, channel by channel, and its failures."""
+    """Return the output of `inspect` and `infer` for a file, by channel, and the failures."""
     layout, own, failures = folder / "layout.yaml", folder / "own.yaml", []
     for file in (layout, own):
         file.unlink(missing_ok=True)
@@ -67,14 +67,14 @@ def ask(path: Path, truth: dict, folder: Path) -> tuple[dict, list[str]]:
     for column, channel in truth["channels"].items():
         groups: dict[tuple, list[str]] = {}
         for motion in sorted({m["motion"] for m in channel["motions"]}):
-            said = [c[2:] for c in document["columns"] if c[:2] == [column, motion]]
-            groups.setdefault(tuple(said[0]) if said else (None, None), []).append(motion)
+            cells = [c[2:] for c in document["columns"] if c[:2] == [column, motion]]
+            groups.setdefault(tuple(cells[0]) if cells else (None, None), []).append(motion)
         for (contact, coil), motions in groups.items():
             lines = {"contact_column": contact, "trigger_column": coil}
             lines = [f"    {key}: {json.dumps(name)}" for key, name in lines.items()]
             unit = truth["zones"]["unit"]
-            for motion, at in begins.items():
-                points = [f"{v} {unit} from {at}" for v in truth["zones"][motion]]
+            for motion, rest in begins.items():
+                points = [f"{v} {unit} from {rest}" for v in truth["zones"][motion]]
                 lines.append(f"  {motion}_speed_zone: {json.dumps(points)}")
             lines = ["endurance:", "  format:", *lines[:2], "speeds:", *lines[2:]]
             own.write_text("\n".join(lines) + "\n", encoding="utf-8")
@@ -103,14 +103,14 @@ def one_sheet(number: int, seed: int) -> tuple[list[dict], list[str]]:
         for truth in write_export(folder, np.random.default_rng([seed, number])):
             path = folder / truth["file"]
             document, failed = ask(path, truth, Path(scratch))
-            about = {"sheet": number, "file": truth["file"]}
-            rows += [about | row._asdict() for row in score(truth, document)]
+            source = {"sheet": number, "file": truth["file"]}
+            rows += [source | row._asdict() for row in score(truth, document)]
             failures += [f"{number}: {text.replace(str(path), 'FILE')}" for text in failed]
     return rows, failures
 
 
 def summary(rows: pd.DataFrame) -> pd.DataFrame:
-    """Return how many values of each kind there are, the share of each verdict, and false ones."""
+    """Return the number of values of each kind, the share of each verdict, and false values."""
     counts = pd.crosstab(rows["kind"] + ": " + rows["name"], rows["verdict"])
     counts = counts.reindex(columns=[*VERDICTS], fill_value=0)
     shares = counts.div(counts.sum(axis=1), axis=0).round(3)
@@ -119,7 +119,7 @@ def summary(rows: pd.DataFrame) -> pd.DataFrame:
 
 
 def main() -> None:
-    """Write sheets, read them, and print which values are right, withheld, missing and false."""
+    """Write sheets, read them, and print shares of right, withheld, missing and false values."""
     given = sampled(parser(__doc__), sheets=200, seed=1).parse_args()
     jobs = [(number, given.seed) for number in range(given.sheets)]
     rows, failures = [], []

@@ -1,19 +1,19 @@
-"""Contacts of a breaker as an analyser prints them: test current, resistance, voltage or state.
+"""Simulate a contact as an analyser prints it: test current, resistance, voltage or state.
 
 The circuit is open, or closed through the arcing or the main contact. A source of constant current
-drives it; the analyser prints voltage over current, and the end of its range where that is beyond
-it or hardly any current flows.
+feeds it. The analyser prints voltage over current, or the end of its range if the ratio is larger
+or hardly any current flows.
 """
 
 import numpy as np
 
 OPEN, ARCING, MAIN = range(3)
-STEP = 0.02  # of a motion's curve, ms
+STEP = 0.02  # ms, time step of a motion's curve
 _FLOWS = 0.05  # share of the test current above which a resistance is computed
 
 
 def reached(way: np.ndarray, mm: float) -> float:
-    """Return when a way is first reached, ms after the first motion."""
+    """Return the time at which the travel first reaches a position, ms after the first motion."""
     after = int(np.argmax(way >= mm))
     before = way[after - 1]
     share = (mm - before) / (way[after] - before) if after else 0.0
@@ -21,28 +21,28 @@ def reached(way: np.ndarray, mm: float) -> float:
 
 
 def contact_times(pole: dict, move: dict) -> dict[str, float]:
-    """Return when contacts of a pole touch or part, ms after the first motion."""
+    """Return the times at which contacts of a pole touch or separate, ms after first motion."""
     closing, stroke = move["motion"] == "closing", pole["stroke"]
     ways = {kind: mm if closing else stroke - mm for kind, mm in pole["contacts"].items()}
     return {kind: reached(move["way"], mm) for kind, mm in ways.items()}
 
 
 def draw_bounces(rng: np.random.Generator) -> list[tuple[float, float]]:
-    """Return interruptions behind a touch, each from and to, ms; mostly none."""
+    """Return the interruptions after a touch, each begin and end, ms; mostly none."""
     edges = np.cumsum(rng.uniform(0.3, 1.5, 2 * int(rng.integers(1, 3))))
     return [*zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True)] * (rng.random() < 0.25)
 
 
 def bounces_of(pole: dict, move: dict) -> list[tuple[float, float]]:
-    """Return the interruptions of a pole: none where the main contact touches among them."""
-    at = contact_times(pole, move)
+    """Return the interruptions of a pole; none if the main contact touches during them."""
+    times = contact_times(pole, move)
     bounces = move["bounces"]
-    clear = not bounces or not 0 < at["main"] - at["arcing"] < bounces[-1][1]
+    clear = not bounces or not 0 < times["main"] - times["arcing"] < bounces[-1][1]
     return bounces if clear else []
 
 
 def switching(pole: dict) -> list[tuple[float, int]]:
-    """Return the instants at which the circuit of a pole changes, ms, and its level since."""
+    """Return the instants at which the circuit of a pole changes, ms, and the level after each."""
     closed = pole["motions"][0]["motion"] == "opening"
     changes = [(-np.inf, MAIN if closed else OPEN)]
     for move in pole["motions"]:
@@ -59,7 +59,7 @@ def switching(pole: dict) -> list[tuple[float, int]]:
 
 
 def levels(changes: list[tuple[float, int]], time: np.ndarray) -> np.ndarray:
-    """Return the level of a circuit at some times."""
+    """Return the level of a circuit at times ``(t,)``."""
     instants, states = zip(*changes, strict=True)
     return np.array(states)[np.searchsorted(instants, time, side="right") - 1]
 
@@ -80,7 +80,7 @@ def follow(changes, targets: dict, rise: float, fall: float, time, first: float)
 
 
 def draw_meter(rng: np.random.Generator, full: float) -> dict:
-    """Return an analyser's source and a breaker's contacts: A, ms, uOhm and V."""
+    """Return the properties of an analyser's source and a breaker's contacts: A, ms and uOhm."""
     closed, above = rng.uniform(30, 250), rng.random() < 0.25  # an arcing contact beyond the range
     arcing = max(rng.uniform(300, 2000), 4 * closed)
     return {
@@ -98,13 +98,13 @@ def draw_meter(rng: np.random.Generator, full: float) -> dict:
 
 
 def measured(rng: np.random.Generator, pole: dict | None, time: np.ndarray, meter: dict):
-    """Return the resistance (uOhm) and the test current (A) of a pole, or of nothing."""
+    """Return the resistance (uOhm) and the test current (A) of a pole, or of an unused channel."""
     if pole is None:
         noise = 0.05 * rng.standard_normal(len(time))
         return np.full(len(time), meter["full"]), noise
     changes, level = switching(pole), meter["amps"]
     amps = {OPEN: 0.0, ARCING: level, MAIN: level}
-    first = amps[changes[0][1]] * (rng.random() > 0.3)  # or the source is just switched on
+    first = amps[changes[0][1]] * (rng.random() > 0.3)  # otherwise the source is just switched on
     clean = follow(changes, amps, meter["rise"], meter["fall"], time, first)
     state = levels(changes, time)
     period, decay, phase = rng.uniform(1.5, 6), rng.uniform(10, 40), rng.uniform(0, np.pi)
@@ -126,6 +126,6 @@ def measured(rng: np.random.Generator, pole: dict | None, time: np.ndarray, mete
 
 
 def signal(pole: dict, time: np.ndarray, rises: bool, volts: float) -> np.ndarray:
-    """Return the voltage (or, of 1 V, the state) of an input: high or low while it is closed."""
+    """Return the voltage (or state, for 1 V) of an input, which is high or low while closed."""
     closed = levels(switching(pole), time) != OPEN
     return volts * (closed if rises else ~closed)

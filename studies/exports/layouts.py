@@ -1,4 +1,4 @@
-"""Exports of analysers of breakers, written at random with their truth: a grammar of layouts."""
+"""Write random exports of breaker analysers with their truth, by a grammar of layouts."""
 
 import csv
 import io
@@ -22,8 +22,8 @@ from studies.exports.contacts import (
 PHASES = ["R Y B", "A B C", "L1 L2 L3"]
 PLANS = ["closing", "opening", "closing opening", "opening closing", "opening closing opening"]
 RATES = [1, 2, 2.5, 4, 5, 8, 10, 12, 12.5, 16, 20, 25]  # kHz
-# Of plain sheets: time, travel, contact, closing coil, opening coil, motor; place, number, date,
-# rate; how the date is written; resistance, test current, words of a closed and an open contact.
+# Words of plain sheets: time, travel, contact, closing coil, opening coil, motor; station, number,
+# date, rate; format of the date; resistance, test current, closed and open contact.
 WORDS = [
     "Time|Travel {}|Contact {}|Close coil {}|Trip coil {}|Motor current"
     "|Station|Breaker|Date|Sample rate [kHz]|%m/%d/%Y|Resistance {}|Test current {}|ON|OFF",
@@ -48,18 +48,18 @@ Close1|{c1};Open1|{o1};Close2|{c2};Open2|{o2};Mechanism Travel(T1)(mm)|{drive:.2
 
 
 def pick(rng: np.random.Generator, choices, p=None):
-    """Return one of some choices."""
+    """Return a random choice."""
     return choices[int(rng.choice(len(choices), p=p))]
 
 
 def motion_curve(rng: np.random.Generator, stroke: float, closing: bool) -> np.ndarray:
-    """Return the way (mm) at steps of STEP from the first motion on.
+    """Return the travel, mm, at steps of STEP from the first motion on.
 
-    Some drives start slowly: the way grows by a power of the time at first, or creeps.
+    Some drives start slowly: the travel first grows by a power of the time, or creeps.
     """
     speed = rng.uniform(2.0, 4.0) if closing else rng.uniform(4.0, 9.0)
     rise = rng.uniform(4.0, 9.0) if closing else rng.uniform(2.5, 5.0)
-    zone = stroke * rng.uniform(0.12, 0.3)  # of the damper
+    zone = stroke * rng.uniform(0.12, 0.3)  # mm, travel in which the damper acts
     zeta, omega = rng.uniform(0.5, 0.95), speed / zone * rng.uniform(1.0, 1.5)
     creep = stroke * rng.uniform(0.01, 0.05) if not closing and rng.random() < 0.6 else 0.0
     tau, slow = rng.uniform(15.0, 45.0), rng.random(2) < [0.35, 0.15]
@@ -84,12 +84,12 @@ def motion_curve(rng: np.random.Generator, stroke: float, closing: bool) -> np.n
 
 
 def mean_speed(way: np.ndarray, begin: float, end: float) -> float:
-    """Return the mean speed (m/s) between two ways in mm."""
+    """Return the mean speed, m/s, between two positions in mm."""
     return (end - begin) / (reached(way, end) - reached(way, begin))
 
 
 def values_of(way: np.ndarray, zone: list[float]) -> dict:
-    """Return what a curve shows; `crossings` are the times of 0, 1, ... 99 % of the way."""
+    """Return the quantities of a curve; `crossings` are the times of 0, 1, ... 99 % of stroke."""
     stroke, top = float(way[-1]), int(np.argmax(way))
     over = max(float(way[top]) - stroke, 0.0)
     crossings = [reached(way, stroke * k / 100) for k in range(100)]
@@ -104,13 +104,13 @@ def values_of(way: np.ndarray, zone: list[float]) -> dict:
 
 
 def draw_plan(rng: np.random.Generator) -> dict:
-    """Return what the poles of a breaker share: operation, drive and coils."""
-    at = 0.0 if rng.random() < 0.4 else rng.uniform(5, 60)
+    """Return the properties that the poles of a breaker share: operation, drive and coils."""
+    time = 0.0 if rng.random() < 0.4 else rng.uniform(5, 60)
     latches = {"closing": rng.uniform(25, 60), "opening": rng.uniform(8, 20)}
     moves = []
     for motion in pick(rng, PLANS, p=[0.25, 0.25, 0.35, 0.1, 0.05]).split():
-        moves.append((motion, at, latches[motion]))
-        at += rng.uniform(200, 400)
+        moves.append((motion, time, latches[motion]))
+        time += rng.uniform(200, 400)
     return {
         "moves": moves,
         "length": sum(moves[-1][1:]) + rng.uniform(130, 300),
@@ -118,20 +118,20 @@ def draw_plan(rng: np.random.Generator) -> dict:
         "lead": rng.uniform(2, 15) if rng.random() < 0.75 else 0.0,
         "seeds": {m: int(rng.integers(2**31)) for m in latches},
         "ganged": rng.random() < 0.4,
-        "apart": rng.uniform(0, 3) * (rng.random() < 0.3),
+        "spread": rng.uniform(0, 3) * (rng.random() < 0.3),
     }
 
 
 def draw_pole(rng: np.random.Generator, phase: str, plan: dict) -> dict:
-    """Return a pole: its contacts, and when its coil is energised and its drive moves."""
+    """Return a pole: its contacts, the times at which its coil is energised, and its motions."""
     stroke = plan["stroke"] * rng.uniform(0.98, 1.02)
     gap = stroke * rng.uniform(0.58, 0.7)
     pole = {"phase": phase, "stroke": stroke, "motions": []}
     pole["contacts"] = {"arcing": gap, "main": gap + plan["lead"]}
     for motion, coil, latch in plan["moves"]:
-        energised = coil + rng.uniform(0, 1) * plan["apart"] * (not plan["ganged"])
-        alike = np.random.default_rng(plan["seeds"][motion])  # poles of a type move alike
-        way = motion_curve(alike, stroke, motion == "closing")
+        energised = coil + rng.uniform(0, 1) * plan["spread"] * (not plan["ganged"])
+        same = np.random.default_rng(plan["seeds"][motion])  # poles of a type have equal curves
+        way = motion_curve(same, stroke, motion == "closing")
         first = energised + latch * rng.uniform(0.97, 1.03)
         bounces = draw_bounces(rng) if motion == "closing" else []
         move = {"motion": motion, "energised": energised, "first": first}
@@ -143,7 +143,7 @@ def draw_pole(rng: np.random.Generator, phase: str, plan: dict) -> dict:
 
 
 def shown_way(pole: dict, move: dict) -> np.ndarray:
-    """Return a way as a transducer shows it: with ripple of the linkage and slack."""
+    """Return the travel as a transducer shows it: with ripple of the linkage and slack."""
     way, speed = move["way"], np.gradient(move["way"])
     if pole["slack"]:
         way = way * (1 - np.exp(-((way / (2 * pole["slack"])) ** 2)))
@@ -155,31 +155,31 @@ def shown_way(pole: dict, move: dict) -> np.ndarray:
 
 
 def position(pole: dict, time: np.ndarray, shown: bool) -> np.ndarray:
-    """Return the contact's way from open at some times, itself or as its transducer shows it."""
+    """Return the contact's travel from open at times ``(t,)``, true or as the transducer shows."""
     stroke = pole["stroke"]
-    at = np.full(len(time), 0.0 if pole["motions"][0]["motion"] == "closing" else stroke)
+    travel = np.full(len(time), 0.0 if pole["motions"][0]["motion"] == "closing" else stroke)
     for move in pole["motions"]:
         way, since = shown_way(pole, move) if shown else move["way"], time - move["first"]
-        gone = np.interp(since, np.arange(len(way)) * STEP, way)
-        moved = gone if move["motion"] == "closing" else stroke - gone
-        at = np.where(since > 0, moved, at)
-    return at
+        done = np.interp(since, np.arange(len(way)) * STEP, way)
+        moved = done if move["motion"] == "closing" else stroke - done
+        travel = np.where(since > 0, moved, travel)
+    return travel
 
 
 def travel_column(rng: np.random.Generator, pole: dict, time: np.ndarray) -> np.ndarray:
-    """Return a travel channel with the troubles of its chain."""
+    """Return a travel channel with random noise, hum, bursts and quantisation."""
     noise = pick(rng, [0.02, 0.05, 0.1, 0.2, 0.5, 1.2], p=[0.1, 0.2, 0.4, 0.2, 0.07, 0.03])
     x = position(pole, time, shown=True) + noise * rng.standard_normal(len(time))
-    if rng.random() < 0.15:  # of the mains
+    if rng.random() < 0.15:  # mains hum
         turn = 2 * np.pi * pick(rng, [0.05, 0.06, 0.1]) * time
         x += rng.uniform(0.05, 0.4) * np.sin(turn + rng.uniform(0, 2 * np.pi))
     if rng.random() < 0.15:
         move = pick(rng, pole["motions"])
         touch = move["first"] + contact_times(pole, move)["main"]
-        at = move["energised"] if rng.random() < 0.5 else touch
-        hit = (time >= at) & (time < at + rng.uniform(0.5, 4))
+        begin = move["energised"] if rng.random() < 0.5 else touch
+        hit = (time >= begin) & (time < begin + rng.uniform(0.5, 4))
         x = np.where(hit, x + rng.uniform(5, 40) * rng.standard_normal(len(x)), x)
-    quantum = rng.uniform(0.08, 0.32) if rng.random() < 0.1 else 300 / 2**16  # of a counter
+    quantum = rng.uniform(0.08, 0.32) if rng.random() < 0.1 else 300 / 2**16  # counter, or 16 bits
     return quantum * np.round(x / quantum)
 
 
@@ -193,7 +193,7 @@ def coil_current(rng: np.random.Generator, time, move: dict, amps: float) -> np.
 
 
 def settings(rng: np.random.Generator, plan: dict, pole: dict, style: dict) -> list[list[str]]:
-    """Return lines of cells with the nameplate, settings and points of speed, some on a line."""
+    """Return lines of cells with the nameplate, settings and points of speed, 1 to 4 on a line."""
     rate, zones = style["rate"], style["zones"]
     names = [("Sampling Speed (kC)", rate), ("Sampling Rate (kHz)", rate)]
     names += [("Sample Rate (Hz)", 1000 * rate), ("Sampling Interval (ms)", 1 / rate)]
@@ -227,7 +227,7 @@ def share_of(zones: dict, motion: str, stroke: float) -> list[float]:
 def analyser(rng: np.random.Generator, plan: dict, poles: list[dict], style: dict) -> dict:
     """Return lines, columns and channels of a resistance and travel analyser's export."""
     time = np.arange(int(plan["length"] * style["rate"])) / style["rate"]
-    same = np.random.default_rng(style["seed"])  # files of an inspection are alike
+    same = np.random.default_rng(style["seed"])  # files of an inspection have the same layout
     coil = pick(same, ["Coil Current C{} (A)", "C{} Current (A)"], p=[0.8, 0.2])
     travel = pick(same, ["Travel T{} (mm)", "Travel T{} in mm", "Contact Travel T{} (mm)"])
     ohms = ["DCRM Res CH{} in uOhm", "Resistance CH{} (uOhm)", "Resistance CH{} (mOhm)"]
@@ -257,14 +257,14 @@ def analyser(rng: np.random.Generator, plan: dict, poles: list[dict], style: dic
     wired = channels * (style["wired"] > 0.15)
     for n, channel in enumerate([*wired, *[None] * 6][:6] if style["dcrm"] else [], 1):
         ohm, amps = measured(rng, channel and channel["pole"], time, meter)
-        own = [(ohms.format(n), ohm / milli, 1 if milli == 1 else 4)]
-        own += [(ampere.format(n), amps, 2)] * amperes
-        columns += own
-        above[0] += [f"TR{n}", ""][: len(own)]
+        paired = [(ohms.format(n), ohm / milli, 1 if milli == 1 else 4)]
+        paired += [(ampere.format(n), amps, 2)] * amperes
+        columns += paired
+        above[0] += [f"TR{n}", ""][: len(paired)]
         phase = channel["pole"]["phase"] + "Break1" if channel else "NA"
-        above[1] += [phase, ""][: len(own)]
+        above[1] += [phase, ""][: len(paired)]
         if channel:
-            channel["contacts"] = [name for name, _, _ in own]
+            channel["contacts"] = [name for name, _, _ in paired]
             channel["kind"] = "resistance and current" if amperes else "resistance alone"
     lines = [] if style["bare"] else settings(rng, plan, poles[0], style)
     lines += above if style["rows"] and style["dcrm"] else []
@@ -290,7 +290,7 @@ def contact_columns(rng, pole: dict, time: np.ndarray, kind: str, style: tuple) 
 def plain(rng: np.random.Generator, plan: dict, poles: list[dict], style: dict) -> dict:
     """Return lines, columns and channels of a plain sheet: time, travel, contacts and coils."""
     time = np.arange(int(plan["length"] * style["rate"])) / style["rate"]
-    same = np.random.default_rng(style["seed"])  # files of an inspection are alike
+    same = np.random.default_rng(style["seed"])  # files of an inspection have the same layout
     which = int(same.integers(len(WORDS)))
     words = WORDS[which].split("|")
     shift = pick(same, [0.0, -20.0, 100.0], p=[0.7, 0.2, 0.1])
@@ -312,10 +312,10 @@ def plain(rng: np.random.Generator, plan: dict, poles: list[dict], style: dict) 
         x = (pole["stroke"] - x if flips else x) + rng.uniform(5, 40) * style["offset"]
         columns.append((named(1, "mm", pole["phase"]), x, style["digits"]))
         channel = {"column": columns[-1][0], "pole": pole, "coils": {}, "kind": kind}
-        own = contact_columns(rng, pole, time, kind, (meter, rises, words[13:]))
-        own = [(named(word, unit, pole["phase"]), *column) for word, unit, *column in own]
-        contacts += own
-        channel["contacts"] = [name for name, _, _ in own]
+        paired = contact_columns(rng, pole, time, kind, (meter, rises, words[13:]))
+        paired = [(named(word, unit, pole["phase"]), *column) for word, unit, *column in paired]
+        contacts += paired
+        channel["contacts"] = [name for name, _, _ in paired]
         for motion in sorted({m["motion"] for m in pole["motions"]} if coiled else []):
             phase = "" if plan["ganged"] else pole["phase"]
             name = named(3 if motion == "closing" else 4, "A", phase)
@@ -368,7 +368,7 @@ def truth_of(path: Path, sheet: dict, style: dict) -> dict:
             coil, seen = channel["coils"].get(move["motion"]), shown_way(pole, move)
             truth = {"motion": move["motion"], "first": first, "zone": zone, "coil": coil}
             truth |= {"energised": move["energised"] + sheet["shift"] if coil else None}
-            late = reached(seen, 0.3)  # the start hides in slack
+            late = reached(seen, 0.3)  # slack hides the start
             truth |= {"shown": values_of(seen, zone), "slack": late * (pole["slack"] > 0)}
             truth |= {"columns": channel["contacts"]} | dict.fromkeys(("contact", "main", "bounce"))
             if channel["contacts"]:
@@ -378,12 +378,12 @@ def truth_of(path: Path, sheet: dict, style: dict) -> dict:
             motions.append(truth | values_of(way, zone))
         channels[channel["column"]] = {"motions": motions, "kind": channel["kind"]}
     columns = [name for name, _, _ in sheet["columns"]]
-    about = {key: style[key] for key in ("rate", "zones", "separator", "decimal", "encoding")}
-    return about | {"file": path.name, "channels": channels, "columns": columns}
+    layout = {key: style[key] for key in ("rate", "zones", "separator", "decimal", "encoding")}
+    return layout | {"file": path.name, "channels": channels, "columns": columns}
 
 
 def write_export(folder: Path, rng: np.random.Generator) -> list[dict]:
-    """Write the export of an inspection, a file or one for each pole; return the truth of each."""
+    """Write the export of an inspection, in one file or a file for each pole; return the truths."""
     folder.mkdir(parents=True, exist_ok=True)
     plan, many = draw_plan(rng), pick(rng, [1, 2, 3], p=[0.35, 0.2, 0.45])
     layout = pick(rng, [analyser, plain], p=[0.65, 0.35])

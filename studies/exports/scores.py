@@ -1,4 +1,4 @@
-"""How what is read of an export stands to its truth: right, withheld, missing or false."""
+"""Compare the reading of an export with its truth: right, withheld, missing or false."""
 
 import re
 from typing import NamedTuple
@@ -8,13 +8,13 @@ import numpy as np
 from breaker.model.quantities import SHARES
 
 VERDICTS = ("right", "withheld", "missing", "false")
-_LATE = 0.5  # ms, of a time that is still right
-_SURE = 3.0  # standard deviations from the truth at which a value is false
-_HALF = 1.96  # half of a 95 % interval, in standard deviations
+_LATE = 0.5  # ms, largest error of a time that counts as right
+_SURE = 3.0  # standard deviations from the truth beyond which a value is false
+_HALF = 1.96  # half the width of a 95 % interval, in standard deviations
 
 
 class Row(NamedTuple):
-    """What is read of one true value."""
+    """Reading of one true value."""
 
     kind: str
     name: str
@@ -31,42 +31,42 @@ def bare(column: str) -> str:
 
 
 def judge(true: list, item: dict, tolerance: float, withheld: bool) -> tuple[str, float | None]:
-    """Return how a value stands to the true ones, and its sd towards the nearest.
+    """Return the verdict on a value, and its sd towards the nearest true value.
 
-    The true ones are those of the drive, and as its transducer shows it.
+    True values are the value of the drive, and the value that its transducer shows.
     """
-    said = item.get("median")
-    if said is None:
+    median = item.get("median")
+    if median is None:
         return "withheld" if withheld or item.get("reason") else "missing", None
-    value = min((v for v in true if v is not None), key=lambda v: abs(said - v), default=np.inf)
-    low, high = item.get("interval_95") or (said, said)
-    sd = (high - said if value > said else said - low) / _HALF
-    away = abs(said - value)
-    return "false" if away > tolerance and away > _SURE * sd else "right", sd
+    value = min((v for v in true if v is not None), key=lambda v: abs(median - v), default=np.inf)
+    low, high = item.get("interval_95") or (median, median)
+    sd = (high - median if value > median else median - low) / _HALF
+    error = abs(median - value)
+    return "false" if error > tolerance and error > _SURE * sd else "right", sd
 
 
 def true_speeds(move: dict, meaning: str) -> list[float]:
-    """Return the true speeds in the sheet's zone, or some mm before touch or after separation."""
+    """Return the true speeds in the sheet's zone, or next to the contact touch or separation."""
     if "of stroke" in meaning or "mm from" in meaning:
         return [m["speed"] for m in (move, move["shown"])]
     match = re.search(r"([\d.]+) (mm|ms) (before|after)", meaning)
     if move["contact"] is None or not match:
         return []
     sign = -1 if match[3] == "before" else 1
-    at, far, speeds = move["contact"] - move["first"], sign * float(match[1]), []
+    event, distance, speeds = move["contact"] - move["first"], sign * float(match[1]), []
     for curve in (move, move["shown"]):
-        times, ways = curve["crossings"], np.arange(100) / 100 * curve["stroke"]
-        way = np.interp(at, times, ways)
-        there = np.interp(way + far, ways, times) if match[2] == "mm" else at + far
-        speeds.append(float((np.interp(there, times, ways) - way) / (there - at)))
+        times, travel = curve["crossings"], np.arange(100) / 100 * curve["stroke"]
+        level, in_mm = np.interp(event, times, travel), match[2] == "mm"
+        end = np.interp(level + distance, travel, times) if in_mm else event + distance
+        speeds.append(float((np.interp(end, times, travel) - level) / (end - event)))
     return speeds
 
 
 def true_values(move: dict, kind: str, quantities: dict) -> dict[str, tuple[list, float]]:
-    """Return true values by the product's names of quantities, and what may be off.
+    """Return true values and tolerances by the package's names of quantities.
 
-    A value whose first is None need not be stated: of a main contact that the record
-    does not show, and bounces that a resistance alone may or may not show.
+    Values that begin with None are optional: a main contact that the record does not show, and
+    bounces that a resistance without a test current may not show.
     """
     motion, shown, stroke = move["motion"], move["shown"], move["stroke"]
     over = "over_travel" if motion == "closing" else "opening_over_travel"
@@ -76,15 +76,15 @@ def true_values(move: dict, kind: str, quantities: dict) -> dict[str, tuple[list
     def since(begin, end):
         return None if None in (begin, end) else end - begin
 
-    after = [since(first, at) for at in (contact, main)]
+    after = [since(first, time) for time in (contact, main)]
     wipes, between = [None], [None]
     if contact is not None:
         curves, shares = (move, shown), np.arange(100) / 100
-        at = [m["stroke"] * np.interp(after, m["crossings"], shares) for m in curves]
-        wipes = [float(mm[0]) for mm in at]
+        levels = [m["stroke"] * np.interp(after, m["crossings"], shares) for m in curves]
+        wipes = [float(mm[0]) for mm in levels]
         if motion == "closing":
             wipes = [m["stroke"] - mm for m, mm in zip(curves, wipes, strict=True)]
-        between = [None] * (not two) + [float(abs(mm[1] - mm[0])) for mm in at]
+        between = [None] * (not two) + [float(abs(mm[1] - mm[0])) for mm in levels]
     speed = f"{motion}_speed"
     near = true_speeds(move, (quantities.get(speed) or {}).get("meaning") or "")
     event = "touch_time" if motion == "closing" else "separation_time"
@@ -110,14 +110,14 @@ def true_values(move: dict, kind: str, quantities: dict) -> dict[str, tuple[list
 
 
 def score_motion(truth: dict, column: str, move: dict, record: dict | None, refused: bool):
-    """Return rows of what a record of `breaker infer` says of a true motion."""
+    """Return rows that compare a record of `breaker infer` with a true motion."""
     name, rows = f"{column} {move['motion']} {move['first']:.1f}", []
-    own = truth["channels"][column]["kind"]
+    contact = truth["channels"][column]["kind"]
     fit, quantities = (record or {}).get("fit") or {}, (record or {}).get("quantities") or {}
     moves, room = fit.get("first_motion"), _HALF * fit.get("first_motion_sd", 0.0)
     first = {"median": moves, "interval_95": [moves - room, moves + room]} if fit else {}
     items = {("motion", "first motion"): (first, [move["first"]], _LATE + move["slack"])}
-    for quantity, (true, tolerance) in true_values(move, own, quantities).items():
+    for quantity, (true, tolerance) in true_values(move, contact, quantities).items():
         item = quantities.get(quantity) or {}
         item = {} if item.get("source") in ("estimated", "mixed") else item
         if true[0] is not None or item.get("median") is not None:
@@ -132,43 +132,43 @@ def score_motion(truth: dict, column: str, move: dict, record: dict | None, refu
     return rows
 
 
-def score_columns(truth: dict, column: str, motion: str, said: list) -> list[Row]:
-    """Return rows of the columns that are said to be contact and coil of a channel's motion."""
+def score_columns(truth: dict, column: str, motion: str, reported: list) -> list[Row]:
+    """Return rows of the columns that are reported as contact and coil of a channel's motion."""
     rows, channel = [], truth["channels"][column]
     move = next(m for m in channel["motions"] if m["motion"] == motion)
-    # coils of other poles that are energised at the same time are as good
+    # coils of other poles that are energised at the same time are equally right
     others = [m for c in truth["channels"].values() for m in c["motions"]] * bool(move["coil"])
-    alike = [m for m in others if m["coil"] and m["motion"] == motion]
-    coils = [m["coil"] for m in alike if abs(m["energised"] - move["energised"]) < 0.3]
+    same = [m for m in others if m["coil"] and m["motion"] == motion]
+    coils = [m["coil"] for m in same if abs(m["energised"] - move["energised"]) < 0.3]
     named = (("contact column", list(move["columns"])), ("coil column", coils))
-    for (name, true), one in zip(named, said, strict=True):
-        true, one = sorted({bare(c) for c in true}), bare(one) if one else None
-        verdict = "right" if one in true or not (one or true) else "false"
-        verdict = "missing" if one is None and true else verdict
-        shown = " ".join(true) or None
-        rows.append(Row("column", name, f"{column} {motion}", shown, one, None, verdict))
+    for (name, true), shown in zip(named, reported, strict=True):
+        true, shown = sorted({bare(c) for c in true}), bare(shown) if shown else None
+        verdict = "right" if shown in true or not (shown or true) else "false"
+        verdict = "missing" if shown is None and true else verdict
+        expected = " ".join(true) or None
+        rows.append(Row("column", name, f"{column} {motion}", expected, shown, None, verdict))
     return rows
 
 
 def score(truth: dict, document: dict) -> list[Row]:
     """Return a row for each value of a file: right, withheld, missing, or false.
 
-    `document` has `records` as `breaker infer --json` writes them, each with its `channel`, the
-    channels and motions `refused`, and of what `breaker inspect` prints `columns` (contact and coil
-    of a channel's motion) and `moves` (channels and motions accepted).
+    `document` contains the `records` of `breaker infer --json`, each with its `channel`, the
+    channels and motions `refused`, and from the output of `breaker inspect` the `columns` (contact
+    and coil of a channel's motion) and `moves` (accepted channels and motions).
     """
     rows: list[Row] = []
     records = [r for r in document["records"] if r["accepted"]]
     for column, channel in truth["channels"].items():
         for move in channel["motions"]:
-            alike = [r for r in records if r["channel"] == column and r["motion"] == move["motion"]]
-            near = [r for r in alike if abs((r["fit"]["first_motion"] or 1e9) - move["first"]) < 40]
+            same = [r for r in records if r["channel"] == column and r["motion"] == move["motion"]]
+            near = [r for r in same if abs((r["fit"]["first_motion"] or 1e9) - move["first"]) < 40]
             refused = [column, move["motion"]] in document["refused"]
             rows += score_motion(truth, column, move, near[0] if near else None, refused)
             records = [r for r in records if r not in near[:1]]
         for motion in sorted({m["motion"] for m in channel["motions"]}):
-            said = next((c for c in document["columns"] if c[:2] == [column, motion]), [None] * 4)
-            rows += score_columns(truth, column, motion, said[2:])
+            cells = next((c for c in document["columns"] if c[:2] == [column, motion]), [None] * 4)
+            rows += score_columns(truth, column, motion, cells[2:])
     wrong = [("no such motion", r["channel"], r["motion"]) for r in records]
     known = [bare(name) for name in truth["channels"]]
     wrong += [("no such travel", *move) for move in document["moves"] if move[0] not in known]

@@ -1,1 +1,1 @@
-"""Damaged files before the reader: ``python -m studies.faults``."""
+"""Test the reader on damaged files: ``python -m studies.faults``."""

@@ -1,7 +1,7 @@
 """Damage many files, read them and judge the result: ``python -m studies.faults --files 100000``.
 
-Writes a table of the outcomes of each kind of damage. The status is 1 if a file ends in an error
-that is no rejection, takes too long, or if more than 1 in 1,000 accepted files is silently wrong.
+Writes a table of the outcomes of each kind of damage. The status is 1 if a file causes an error
+other than a rejection, takes too long, or if over 1 in 1,000 accepted files is silently wrong.
 """
 
 import logging
@@ -17,12 +17,12 @@ from studies.faults.judge import APART, KINDS, OUTCOMES, SECONDS, Trial, try_kin
 from studies.shared import in_pool, parser, report, sampled
 
 SILENT = 0.001
-"""Largest share of silent ones among the files accepted."""
-_CHUNK = 100  # files of a job
+"""Largest share of silently wrong files among the accepted files."""
+_CHUNK = 100  # files in a job
 
 
 def run(files: int, seed: int, cores: int = 1) -> list[Trial]:
-    """Try so many damaged files, of all kinds alike; the number of cores changes nothing."""
+    """Try damaged files, equally many of each kind; the number of cores changes nothing."""
     count = -(-files // len(KINDS))
     firsts = range(0, count, _CHUNK)
     jobs = [
@@ -45,18 +45,18 @@ def tabulate(trials: Iterable[Trial]) -> pd.DataFrame:
     trials = list(trials)
     rows = {}
     for kind in [*dict.fromkeys(trial.kind for trial in trials), "all"]:
-        those = [t for t in trials if t.kind == kind or (kind == "all" and t.kind not in APART)]
-        counts = Counter(trial.outcome for trial in those)
+        kept = [t for t in trials if t.kind == kind or (kind == "all" and t.kind not in APART)]
+        counts = Counter(trial.outcome for trial in kept)
         rows[kind] = {
-            "files": len(those),
+            "files": len(kept),
             **{outcome: counts[outcome] for outcome in OUTCOMES},
-            "slowest": round(max(trial.seconds for trial in those), 3),
+            "slowest": round(max(trial.seconds for trial in kept), 3),
         }
     return pd.DataFrame.from_dict(rows, orient="index").rename_axis("kind")
 
 
 def defects(table: pd.DataFrame) -> list[str]:
-    """Say what is wrong with a reader, from its table."""
+    """Return the defects of the reader that a table of outcomes shows."""
     total = table.loc["all"]
     accepted = total[["right", "masked", "flagged", "silent"]].sum()
     defects = []
@@ -70,7 +70,7 @@ def defects(table: pd.DataFrame) -> list[str]:
 
 
 def main() -> int:
-    """Run, write the table and print it; the status is 1 if anything is wrong."""
+    """Run, write the table and print it; return 1 if there are defects."""
     options = sampled(parser(__doc__), files=100_000, seed=1).parse_args()
     trials = run(options.files, options.seed, options.cores)
     table = tabulate(trials)

@@ -1,8 +1,8 @@
-"""Damage to the text of a curve file: what goes wrong between an instrument and the reader.
+"""Damage the text of a curve file by faults between the instrument and the reader.
 
 Each kind is a function of the bytes of a good file and a generator, ``(content, rng) -> bytes``.
-How much is damaged is drawn. The text is taken apart where lines end, and at the sign that most of
-them have between their cells. What is no text is damaged like any other file.
+The extent of the damage is drawn. The text is split at the ends of lines, and at the delimiter of
+most cells. Binary files are damaged in the same manner.
 """
 
 import re
@@ -31,7 +31,7 @@ def kind(damage: Damage) -> Damage:
 
 
 def _lines(content: bytes) -> tuple[list[bytes], bytes]:
-    """Lines, and what ends them; a byte order or its zeros stay with the lines."""
+    """Return the lines and their end; byte order marks and zero bytes remain in the lines."""
     end = next((name for name in (b"\r\n", b"\n") if name in content), b"\r")
     return content.split(end), end
 
@@ -41,20 +41,20 @@ def _one(rng: np.random.Generator, options: Sequence[Any]) -> Any:
 
 
 def _some(rng: np.random.Generator, total: int) -> np.ndarray:
-    """A few of so many places, or one in two of them, in order."""
+    """Return between one and half of ``total`` places, in order."""
     count = min(total, round(size(rng, 1, max(2, total // 2))))
     return np.sort(rng.choice(total, count, replace=False))
 
 
 def _delimiter(content: bytes) -> bytes:
-    """The sign between the cells of the last lines."""
+    """Return the sign between the cells of the last lines."""
     return next(
         (sign for sign in (b";", b"\t", b"|", b",") if content[-600:].count(sign) > 5), b" "
     )
 
 
 def _in_cells(change: Callable[[bytes, np.random.Generator], bytes]) -> Damage:
-    """Damage to numbers of the file, from the change of one of them."""
+    """Return a damage to numbers of the file, from the change of one number."""
 
     def damage(content: bytes, rng: np.random.Generator) -> bytes:
         result = list(_CELL.finditer(content))
@@ -71,15 +71,15 @@ def _in_cells(change: Callable[[bytes, np.random.Generator], bytes]) -> Damage:
 @kind
 @_in_cells
 def odd_numbers(number: bytes, rng: np.random.Generator) -> bytes:
-    """Cells with what Python, a spreadsheet or an instrument might write for a number."""
-    behind = [b" mm", b"mm", b"V", b" s", b"*", b"!", b"?", b"%", b"e"]
-    return _one(rng, _ODD).encode() if rng.random() < 0.8 else number + _one(rng, behind)
+    """Cells contain texts that Python, a spreadsheet or an instrument may write for a number."""
+    suffixes = [b" mm", b"mm", b"V", b" s", b"*", b"!", b"?", b"%", b"e"]
+    return _one(rng, _ODD).encode() if rng.random() < 0.8 else number + _one(rng, suffixes)
 
 
 @kind
 @_in_cells
 def digits_changed(number: bytes, rng: np.random.Generator) -> bytes:
-    """A digit of a number is another, or two change places."""
+    """A digit of a number is changed, or two digits are swapped."""
     digits = [i for i, item in enumerate(number) if chr(item).isdigit()]
     i, j = rng.choice(digits, 2)
     changed = bytearray(number)
@@ -92,13 +92,13 @@ def digits_changed(number: bytes, rng: np.random.Generator) -> bytes:
 @kind
 @_in_cells
 def cells_lost(number: bytes, rng: np.random.Generator) -> bytes:
-    """Blank cells."""
+    """Cells are blank."""
     return b""
 
 
 @kind
 def bytes_flipped(content: bytes, rng: np.random.Generator) -> bytes:
-    """Single bits are the other way, in 1 byte to 10 % of them."""
+    """Single bits are flipped, in 1 byte to 10 % of the bytes."""
     changed = np.frombuffer(content, dtype=np.uint8).copy()
     where = rng.choice(changed.size, round(size(rng, 1, max(2, changed.size // 10))), replace=False)
     changed[where] ^= (1 << rng.integers(0, 8, where.size)).astype(np.uint8)
@@ -107,7 +107,7 @@ def bytes_flipped(content: bytes, rng: np.random.Generator) -> bytes:
 
 @kind
 def lines_deleted(content: bytes, rng: np.random.Generator) -> bytes:
-    """Lines are missing, of the head or of the samples."""
+    """Lines of the head or of the samples are missing."""
     lines, end = _lines(content)
     gone = set(_some(rng, len(lines)).tolist())
     return end.join(line for i, line in enumerate(lines) if i not in gone)
@@ -115,7 +115,7 @@ def lines_deleted(content: bytes, rng: np.random.Generator) -> bytes:
 
 @kind
 def lines_repeated(content: bytes, rng: np.random.Generator) -> bytes:
-    """Lines come twice, or all of the file is appended to itself."""
+    """Lines are repeated, or the file is appended to itself."""
     lines, end = _lines(content)
     if rng.random() < 0.1:
         return content * 2
@@ -132,7 +132,7 @@ def truncated(content: bytes, rng: np.random.Generator) -> bytes:
 
 @kind
 def other_delimiter(content: bytes, rng: np.random.Generator) -> bytes:
-    """Another sign separates the columns, in the whole file or from some line on."""
+    """Another sign separates the columns, in the entire file or from a line on."""
     new = _one(rng, [b";", b"\t", b"|", b",", b" ", b"::", b", "])
     lines, end = _lines(content)
     first = 0 if rng.random() < 0.5 else int(rng.integers(len(lines)))
@@ -142,7 +142,7 @@ def other_delimiter(content: bytes, rng: np.random.Generator) -> bytes:
 
 @kind
 def other_decimal(content: bytes, rng: np.random.Generator) -> bytes:
-    """Decimal points become commas or the other way round, in the whole file or from a line on."""
+    """Decimal points become commas, or are swapped with them, in the file or from a line on."""
     lines, end = _lines(content)
     first = 0 if rng.random() < 0.5 else int(rng.integers(len(lines)))
     swap = bytes.maketrans(b".,", b",.") if rng.random() < 0.5 else bytes.maketrans(b".", b",")
@@ -151,7 +151,7 @@ def other_decimal(content: bytes, rng: np.random.Generator) -> bytes:
 
 @kind
 def other_encoding(content: bytes, rng: np.random.Generator) -> bytes:
-    """The text in another encoding, or behind a byte order mark, the right one or another."""
+    """The text has another encoding, or begins with a right or wrong byte order mark."""
     if rng.random() < 0.5:
         return _one(rng, [b"\xef\xbb\xbf", b"\xff\xfe", b"\xfe\xff"]) * rng.integers(1, 3) + content
     new = _one(rng, ["utf-16", "utf-16-le", "utf-16-be", "utf-32", "utf-8-sig", "cp037"])
@@ -160,7 +160,7 @@ def other_encoding(content: bytes, rng: np.random.Generator) -> bytes:
 
 @kind
 def junk_lines(content: bytes, rng: np.random.Generator) -> bytes:
-    """Lines of something else between the lines: page heads, remarks, blanks, the head again."""
+    """Other lines are inserted: page heads, remarks, blanks, or the head again."""
     (lines, end), sign = _lines(content), _delimiter(content)
     junk = [b"", b"   ", b"# remark", b"Page 2", b"-----", sign * 3, lines[0], lines[-1][:5]]
     for i in _some(rng, len(lines))[:20][::-1]:
@@ -170,7 +170,7 @@ def junk_lines(content: bytes, rng: np.random.Generator) -> bytes:
 
 @kind
 def binary(content: bytes, rng: np.random.Generator) -> bytes:
-    """The file, or a block in it, is of random bytes; or it is a picture or an archive."""
+    """The file, or a block in it, consists of random bytes; or it is a picture or an archive."""
     junk = rng.bytes(round(size(rng, 1, 20_000)))
     first = int(rng.integers(len(content)))
     whole = [b"PK\x03\x04" + junk, b"\x89PNG\r\n\x1a\n" + junk, b"%PDF-1.7\n" + junk, junk]
@@ -180,5 +180,5 @@ def binary(content: bytes, rng: np.random.Generator) -> bytes:
 
 @kind
 def empty(content: bytes, rng: np.random.Generator) -> bytes:
-    """Nothing, blanks, or the head alone."""
+    """The file is empty, blank, or contains only the head."""
     return _one(rng, [b"", b"\n", b"\n" * 5000, b" " * 5000, b"\0" * 5000, content[:100]])

@@ -1,16 +1,16 @@
-"""Does the reader notice what is wrong with a file? Damaged files, and a judge of each.
+"""Judge how the reader handles damaged files.
 
-A good record of the model is written in a layout, damaged, and read as a user would who knows the
-drive: the format states the layout, the rate, and the stroke within 1.5 %. What comes back is
+A good record of the model is written in a layout, damaged, and read like a user who knows the
+drive: the format states the layout, the rate, and the stroke within 1.5 %. The outcome is
 
 - rejected, with a reason;
-- right: every sample that is kept is within 0.3 mm of that of the good file or of the true travel,
-  at a first motion that is within 0.2 ms;
-- masked: right, because samples were left out as doubtful;
-- flagged: wrong, with a remark, of which the good file has none;
-- silent: wrong, without a remark. There should be none.
+- right: every kept sample is within 0.3 mm of the good file or of the true travel, for a first
+  motion within 0.2 ms;
+- masked: right, with samples left out as doubtful;
+- flagged: wrong, with a remark, while the good file has no remark;
+- silent: wrong, without a remark. This should not occur.
 
-The sensor has a noise of 0.05 mm, so that 0.3 mm are more than noise makes. Any error but a
+The sensor has a noise of 0.05 mm, so that noise does not explain 0.3 mm. Any error other than a
 rejection, and any file that takes more than 2 s, is a defect.
 """
 
@@ -38,16 +38,16 @@ from studies.faults.records import PHYSICAL
 from studies.layouts import LAYOUTS
 
 OUTCOMES = ("rejected", "right", "masked", "flagged", "silent", "exception")
-"""What can become of a damaged file."""
+"""Possible outcomes for a damaged file."""
 KINDS = [*PHYSICAL, *TEXT]
 """Names of all kinds of damage."""
 APART = ("excursion",)
-"""Kinds that no single record can show, which are counted apart from all others."""
+"""Kinds that a single record cannot show, which do not count in the total."""
 SECONDS = 2.0
-"""That a file may take."""
+"""Longest time to read a file, s."""
 
-_TRAVEL = 0.3  # mm, that a sample may be off
-_FIRST_MOTION = 0.2  # ms, that the first motion may be off
+_TRAVEL = 0.3  # mm, largest error of a sample that counts as right
+_FIRST_MOTION = 0.2  # ms, largest error of the first motion that counts as right
 _STROKE = 0.015  # share by which the format lets the stroke be another
 _LEAD, _SPREAD, _LENGTH = 10.0, 4.0, 76.0  # ms: first motion, its range, the record
 _GOOD = 20  # good records of a motion in each layout
@@ -57,17 +57,17 @@ _SENSOR = Sensor(-2.0, 58.0, 151, noise_sd=0.05, onset_sd=0.3, zero_sd=0.05)
 
 @dataclass(frozen=True)
 class Good:
-    """A good record, and what the reader makes of its file.
+    """Good record, and the reading of its file.
 
     Attributes:
         layout: Name of the layout of its file.
         motion: "closing" or "opening".
-        time, travel: The whole record, ``(t,)``, ms and mm.
-        truth: The same without noise, mm.
-        settings: The format, with what is known of the drive.
-        first: The file's time that is 0 on the grid, ms.
-        record: The reading on the grid, mm.
-        files: Content of its files, by name, that to be read first.
+        time, travel: The entire record, ``(t,)``, ms and mm.
+        truth: Travel without noise, ``(t,)``, mm.
+        settings: The format, with known values of the drive.
+        first: Time of the file that is 0 on the grid, ms.
+        record: Reading on the grid, ``(g,)``, mm.
+        files: Content of its files by name; the first one is read.
     """
 
     layout: str
@@ -81,24 +81,24 @@ class Good:
     files: dict[str, bytes]
 
     def write(self, file: Path, time: np.ndarray, travel: np.ndarray) -> None:
-        """Write a record, damaged or not, in this one's layout."""
+        """Write a record, damaged or not, in the layout of the good record."""
         LAYOUTS[self.layout].write(file, time, travel, motion=self.motion, operation=1)
 
     def read(self, file: Path) -> xr.Dataset:
-        """Read one file as the workflow would."""
+        """Read one file as the workflow does."""
         grid = Grid(_SENSOR.times, _SENSOR.noise_sd, _SENSOR.zero_sd, _SENSOR.onset_sd)
         return read_curves([Operation(1, file)], self.settings, grid, self.motion)
 
 
 class Trial(NamedTuple):
-    """What became of a damaged file.
+    """Outcome for a damaged file.
 
     Attributes:
-        kind, number: What was damaged how, and which of these it was.
-        layout, motion: Of the good file.
+        kind, number: Kind of the damage, and number of the file of this kind.
+        layout, motion: Layout and motion of the good file.
         outcome: One of ``OUTCOMES``.
         words: Reason, remarks or error.
-        seconds: That the reader took.
+        seconds: Time that the reader took.
     """
 
     kind: str
@@ -111,7 +111,7 @@ class Trial(NamedTuple):
 
 
 class _HangError(BaseException):
-    """Not an Exception, so that no reader catches it."""
+    """Error that is not an ``Exception``, so that no reader catches it."""
 
 
 @cache
@@ -119,7 +119,7 @@ def good_file(layout: str, motion: str, number: int, seed: int) -> Good:
     """Return a good record, which the reader accepts without a remark.
 
     Raises:
-        RuntimeError: If it accepts none of ten such.
+        RuntimeError: If the reader accepts none of ten records.
     """
     form = LAYOUTS[layout]
     for attempt in range(10):
@@ -147,25 +147,25 @@ def good_file(layout: str, motion: str, number: int, seed: int) -> Good:
 
 
 def is_right(good: Good, record: np.ndarray) -> bool:
-    """Say whether a reading is that of a good file, but for missing samples.
+    """Return whether a reading ``(g,)`` agrees with the good file, except for missing samples.
 
-    The time at which a file begins means nothing, so the reading ``(g,)`` may be that of the good
-    record for any first motion that is near enough. A sample may be near that of the good record,
-    or near the true travel: at rest, one sample is as good as another.
+    The first motion is only known within a tolerance, so the reading is compared with the good
+    record at all first motions within it. A sample may be close to the good record or to the true
+    travel, since samples at rest are interchangeable.
     """
     kept, grid = np.isfinite(record), good.first + _SENSOR.times
     zero = np.median(good.record - np.interp(grid, good.time, good.travel))
     step = good.time[1] - good.time[0]
     near = int(_FIRST_MOTION / step + 1e-6)
     off = np.abs(record - good.record)
-    for at in (grid + step * i for i in range(-near, near + 1)):
-        both = [np.interp(at, good.time, way) + zero for way in (good.travel, good.truth)]
+    for times in (grid + step * i for i in range(-near, near + 1)):
+        both = [np.interp(times, good.time, curve) + zero for curve in (good.travel, good.truth)]
         off = np.vstack([off, np.abs(record - both).min(axis=0)])
     return bool((np.atleast_2d(off)[:, kept] <= _TRAVEL).all(axis=1).any())
 
 
 def judge(file: Path, good: Good) -> tuple[str, str, float]:
-    """Read a damaged file, and return one of ``OUTCOMES``, the words, and the seconds it took."""
+    """Read a damaged file, and return one of ``OUTCOMES``, the words, and the seconds taken."""
     signal.signal(signal.SIGALRM, _hangs)
     signal.setitimer(signal.ITIMER_REAL, 5 * SECONDS)
     start = clock.perf_counter()
@@ -175,7 +175,7 @@ def judge(file: Path, good: Good) -> tuple[str, str, float]:
             curves = good.read(file)
         outcome = _outcome(curves, good)
         words = curves.reason.item() or curves.remarks.item()
-    except (Exception, _HangError) as error:  # whatever it is, it is a defect
+    except (Exception, _HangError) as error:  # any error other than a rejection is a defect
         outcome, words = "exception", f"{type(error).__name__}: {error}"
     finally:
         seconds = clock.perf_counter() - start
@@ -196,9 +196,9 @@ def _outcome(curves: xr.Dataset, good: Good) -> str:
 
 
 def try_kind(kind: str, number: int, seed: int) -> Trial:
-    """Damage a good file in one way and judge what the reader makes of it.
+    """Damage a good file and judge the reading.
 
-    The layout and the motion are drawn, too; all is determined by the arguments.
+    The layout and the motion are drawn, too; the arguments determine everything.
     """
     rng = generator(seed, "damage", kind, number)
     layout = list(LAYOUTS)[rng.integers(len(LAYOUTS))]
@@ -214,6 +214,6 @@ def try_kind(kind: str, number: int, seed: int) -> Trial:
                 new = TEXT[kind](content, rng) if name == damaged else content
                 Path(folder, name).write_bytes(new)
         judged = judge(file, good)
-        if judged[-1] > SECONDS:  # a busy machine may have halted it; a file that hangs does again
+        if judged[-1] > SECONDS:  # repeated, since a busy machine may have delayed the reader
             judged = judge(file, good)
         return Trial(kind, number, layout, motion, *judged)

@@ -1,8 +1,8 @@
-"""Damage to a record: what goes wrong between a contact that moves and the numbers of a file.
+"""Damage a record by faults between the moving contact and the numbers of a file.
 
 Each kind is a function of a good record and a generator, ``(time, travel, rng) -> (time, travel)``,
-both ``(t,)``, ms and mm; a sample without a reading is NaN. How severe the damage is is drawn, over
-orders of magnitude, so that some of it is below the noise and some of it leaves no record at all.
+both ``(t,)``, ms and mm; a sample without a reading is NaN. The severity of the damage is drawn
+over orders of magnitude, from below the noise to the loss of the entire record.
 ``studies.faults.files`` damages the text of a file.
 """
 
@@ -31,14 +31,14 @@ def _signed(rng: np.random.Generator, low: float, high: float) -> float:
 
 
 def _part(rng: np.random.Generator, total: int, shortest: float) -> slice:
-    """A stretch of samples of any length from ``shortest`` up."""
+    """Return a stretch of samples of random length, at least ``shortest``."""
     length = round(size(rng, shortest, total))
     first = int(rng.integers(0, total - length + 1))
     return slice(first, first + length)
 
 
 def _stretch(time: np.ndarray, low: float, high: float, rng: np.random.Generator) -> slice:
-    """Samples of a stretch that lasts so long, ms."""
+    """Return a stretch of samples that lasts between ``low`` and ``high``, ms."""
     length = round(size(rng, low, high) / float(np.median(np.diff(time))))
     first = int(rng.integers(0, max(1, time.size - length)))
     return slice(first, first + length)
@@ -54,7 +54,7 @@ def clipped(time: np.ndarray, travel: np.ndarray, rng: np.random.Generator) -> R
 
 @kind
 def offset(time: np.ndarray, travel: np.ndarray, rng: np.random.Generator) -> Record:
-    """The zero is off by 0.01 to 30 mm."""
+    """The zero is wrong by 0.01 to 30 mm."""
     return time, travel + _signed(rng, 0.01, 30.0)
 
 
@@ -72,7 +72,7 @@ def gain(time: np.ndarray, travel: np.ndarray, rng: np.random.Generator) -> Reco
 
 @kind
 def stuck(time: np.ndarray, travel: np.ndarray, rng: np.random.Generator) -> Record:
-    """The reading stays for 0.2 ms up to the whole record, and goes on where it should be."""
+    """The reading stays constant for 0.2 ms up to the entire record, then continues correctly."""
     part, travel = _part(rng, time.size, 2), travel.copy()
     travel[part] = travel[part.start]
     return time, travel
@@ -80,7 +80,7 @@ def stuck(time: np.ndarray, travel: np.ndarray, rng: np.random.Generator) -> Rec
 
 @kind
 def blocks_swapped(time: np.ndarray, travel: np.ndarray, rng: np.random.Generator) -> Record:
-    """Two neighbouring blocks of a buffer, of 1 to 200 samples, change places."""
+    """Two neighbouring blocks of a buffer, of 1 to 200 samples, are swapped."""
     length = min(round(size(rng, 1, 200)), time.size // 2)
     i = int(rng.integers(0, time.size - 2 * length + 1))
     order = np.arange(time.size)
@@ -90,7 +90,7 @@ def blocks_swapped(time: np.ndarray, travel: np.ndarray, rng: np.random.Generato
 
 @kind
 def gap(time: np.ndarray, travel: np.ndarray, rng: np.random.Generator) -> Record:
-    """A stretch from one sample up to nearly the whole record has no reading."""
+    """A stretch from one sample up to nearly the entire record has no reading."""
     travel = travel.copy()
     travel[_part(rng, time.size, 1)] = np.nan
     return time, travel
@@ -110,7 +110,7 @@ def rows_lost(time: np.ndarray, travel: np.ndarray, rng: np.random.Generator) ->
 
 @kind
 def samples_lost(time: np.ndarray, travel: np.ndarray, rng: np.random.Generator) -> Record:
-    """A stretch of samples is lost, and the times go on as if they were not: a buffer overran."""
+    """A stretch of samples is lost, but the times continue without a gap: a buffer overran."""
     part = _part(rng, time.size - 2, 1)
     left = np.delete(travel, np.r_[part])
     return time[: left.size], left
@@ -118,19 +118,19 @@ def samples_lost(time: np.ndarray, travel: np.ndarray, rng: np.random.Generator)
 
 @kind
 def time_scaled(time: np.ndarray, travel: np.ndarray, rng: np.random.Generator) -> Record:
-    """The clock is wrong by 0.01 to 100 %, and the times with it."""
+    """The clock, and so all times, are wrong by 0.01 to 100 %."""
     return time * np.exp(_signed(rng, 1e-4, 1.0)), travel
 
 
 @kind
 def time_jumps(time: np.ndarray, travel: np.ndarray, rng: np.random.Generator) -> Record:
-    """The clock jumps once, by 1 µs to 1 s, on or back."""
+    """The clock jumps once, by 1 µs to 1 s, forward or back."""
     return time + _signed(rng, 1e-3, 1e3) * (time > rng.uniform(time[0], time[-1])), travel
 
 
 @kind
 def spikes(time: np.ndarray, travel: np.ndarray, rng: np.random.Generator) -> Record:
-    """Single samples, 1 to 30, are off by 0.05 to 100 mm."""
+    """Single samples, 1 to 30, are wrong by 0.05 to 100 mm."""
     travel, count = travel.copy(), round(size(rng, 1, 30))
     height = size(rng, 0.05, 100.0)
     where = rng.choice(time.size, count, replace=False)
@@ -140,7 +140,7 @@ def spikes(time: np.ndarray, travel: np.ndarray, rng: np.random.Generator) -> Re
 
 @kind
 def burst(time: np.ndarray, travel: np.ndarray, rng: np.random.Generator) -> Record:
-    """0.2 to 20 ms of noise of 0.1 to 30 mm on top."""
+    """Noise of 0.1 to 30 mm is added for 0.2 to 20 ms."""
     part, travel = _stretch(time, 0.2, 20.0, rng), travel.copy()
     travel[part] += size(rng, 0.1, 30.0) * rng.standard_normal(travel[part].size)
     return time, travel
@@ -163,13 +163,13 @@ def quantised(time: np.ndarray, travel: np.ndarray, rng: np.random.Generator) ->
 
 @kind
 def noisy(time: np.ndarray, travel: np.ndarray, rng: np.random.Generator) -> Record:
-    """White noise of 0.01 to 3 mm on top."""
+    """White noise of 0.01 to 3 mm is added."""
     return time, travel + size(rng, 0.01, 3.0) * rng.standard_normal(time.size)
 
 
 @kind
 def hum(time: np.ndarray, travel: np.ndarray, rng: np.random.Generator) -> Record:
-    """Mains of 50 or 60 Hz on top, of 0.01 to 5 mm."""
+    """Mains hum of 50 or 60 Hz and 0.01 to 5 mm is added."""
     phase = 2 * np.pi * (rng.choice([0.05, 0.06]) * time + rng.random())
     return time, travel + size(rng, 0.01, 5.0) * np.sin(phase)
 
@@ -198,5 +198,5 @@ def ends_early(time: np.ndarray, travel: np.ndarray, rng: np.random.Generator) -
 
 @kind
 def nothing(time: np.ndarray, travel: np.ndarray, rng: np.random.Generator) -> Record:
-    """Nothing is wrong: how often is a good record rejected or remarked on?"""
+    """Nothing is wrong, which shows how often a good record is rejected or has a remark."""
     return time, travel

@@ -57,10 +57,10 @@ def even_times(
         )
     # The mean of many steps is more precise than a single printed step.
     single = steps[np.rint(steps / median) <= 1.0]
-    whole = np.maximum(np.rint(steps / (single.mean() if single.size else median)), 1.0)
-    if whole.sum() >= _SPARSE * time.size:
+    counts = np.maximum(np.rint(steps / (single.mean() if single.size else median)), 1.0)
+    if counts.sum() >= _SPARSE * time.size:
         _refuse(steps == steps.max(), lines, f"a gap of {steps.max():.4g} ms before this line")
-    place = np.append(0, np.cumsum(whole.astype(int)))
+    place = np.append(0, np.cumsum(counts.astype(int)))
     step = float(time[-1] - time[0]) / int(place[-1])
     if rate is not None and abs(step * rate - 1.0) > SAME_RATE:
         raise UnusableError(
@@ -69,7 +69,7 @@ def even_times(
         )
     even = time[0] + step * np.arange(int(place[-1]) + 1)
     off = np.abs(time - even[place]) / step
-    uneven = np.abs(steps / step - whole) > _UNEVEN
+    uneven = np.abs(steps / step - counts) > _UNEVEN
     uneven[off[1:].argmax()] |= off.max() > 2 * _UNEVEN
     _refuse(uneven, lines, f"times are uneven before this line, in steps of {step:.4g} ms else")
     even[place] = time
@@ -153,8 +153,8 @@ def seen_quantum(travel: np.ndarray) -> float:
     if tied.sum() <= _FEW * steps.size or tied.all():
         return 0.0
     steps = np.sort(steps[~tied])
-    whole = np.rint(steps / steps[steps.size // _SMALL])
-    small = (whole > 0.0) & (whole <= _SMALL)
-    steps, whole = steps[small], whole[small]
-    quantum = float(np.median(steps / whole))
-    return quantum if np.median(np.abs(steps / quantum - whole)) < _PRINTED else 0.0
+    counts = np.rint(steps / steps[steps.size // _SMALL])
+    small = (counts > 0.0) & (counts <= _SMALL)
+    steps, counts = steps[small], counts[small]
+    quantum = float(np.median(steps / counts))
+    return quantum if np.median(np.abs(steps / quantum - counts)) < _PRINTED else 0.0

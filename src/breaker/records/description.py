@@ -126,9 +126,9 @@ def _find_unit(findings: Findings) -> None:
         reason = "has names or units of its columns on two lines; write both on one, as Travel (mm)"
         raise RejectedCurveError(sheet.file, reason)
     if unit is None:
-        whole = not np.mod(np.nan_to_num(travel.course.reading), 1.0).any()
+        integers = not np.mod(np.nan_to_num(travel.course.reading), 1.0).any()
         named = [e for e in ("deg", "V", "counts") if words.holds(sheet.names[travel.place], e)]
-        likely = "mm" if _STROKES[0] <= stroke <= _STROKES[1] and not whole else "counts"
+        likely = "mm" if _STROKES[0] <= stroke <= _STROKES[1] and not integers else "counts"
         unit = [*named, likely][0]
         doubt = f"no unit of the travel is stated: {unit} for a stroke of {in_digits(stroke, 4)}"
         findings.doubts["travel_unit"].append(f"{doubt}; if that is wrong, set travel_unit")

@@ -1,4 +1,4 @@
-"""The first motion of a record.
+"""Estimate the first motion of a record, and an interval for the start of motion.
 
 From rest, travel begins as ``A tau^p``, where ``tau`` is the time since the first motion. ``p`` is
 2 for a constant force, somewhat less with friction, and more for a force that builds up. This power

@@ -16,7 +16,7 @@ _RATIOS = 0.5, 1.15  # noise over noise_sd, limits beyond which parameters and t
 _CORRELATED = 0.2  # correlation at a step of the grid from which a remark is made
 _COLOURED = 0.95  # largest correlation of neighbours that a short rest can show
 # Degrees of polynomials that model the drive's travel from 5 to 95 %. The residual of a bump swings
-# too, but its frequency rises with the degree; that of a ripple is the same for both degrees.
+# too, but its frequency rises with the degree; a ripple has the same frequency for both degrees.
 _DEGREES = 8, 11
 _SHARE = 0.7  # least share of the polynomial's residual that a sine explains
 

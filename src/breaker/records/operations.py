@@ -38,7 +38,7 @@ _REQUIRED = ("file", "motion", "operation")
 
 @dataclass(frozen=True)
 class Operation:
-    """One motion of one operation, and where its record is.
+    """One motion of one operation, and the place of its record.
 
     Attributes:
         number: Counter of the operation. Closing and opening with one number are one operation.

@@ -1,5 +1,5 @@
 """Curve files of fault recorders: COMTRADE (IEEE C37.111 of 1991, 1999 and 2013), pairs of ``.cfg``
-and ``.dat``. Recorders leave many cells of the description empty.
+and ``.dat``. Recorders leave many cells of the ``.cfg`` empty.
 """
 
 from __future__ import annotations
@@ -18,13 +18,13 @@ from breaker.records.formats.text import encoding_of
 from breaker.records.settings import FORMAT, SAME_RATE, TO_MS
 from breaker.records.sheet import Sheet
 
-_TYPES = {"BINARY": "<i2", "BINARY32": "<i4", "FLOAT32": "<f4"}  # of a sample of an analog channel
-_NO_SAMPLE = 99999  # in ASCII, from 1999 on
+_TYPES = {"BINARY": "<i2", "BINARY32": "<i4", "FLOAT32": "<f4"}  # types of analog samples
+_NO_SAMPLE = 99999  # missing sample in ASCII, from 1999 on
 
 
 def read(opened: Opened, form: Mapping) -> list[Sheet]:
-    """Return the analog and the status channels (1 and 0) of a COMTRADE record, and as the last
-    column its times, in ``time_unit`` of the form: see ``registry``.
+    """Return the analog and the status channels (1 and 0) of a COMTRADE record, and in the last
+    column its times, in ``time_unit`` of the form; see ``registry``.
     """
     file = Path(opened.file)
     if file.suffix.lower() == ".dat":
@@ -51,15 +51,15 @@ def read(opened: Opened, form: Mapping) -> list[Sheet]:
 
 
 def _part(file: Path, ending: str) -> Path:
-    """The other part of a record, its ending in small letters or capitals."""
+    """Return the other part of a record, whose ending may be in capitals."""
     lower, upper = file.with_suffix(ending), file.with_suffix(ending.upper())
     return upper if upper.exists() else lower
 
 
 class _Description:
-    """The text of a ``.cfg``: names and units of channels, factors and offsets of analog ones (nan
-    where not in use), rates, Hz, each with the number of its last sample, the type of the data, and
-    what a stamp counts, s. Where a line or number is missing, ``registry`` refuses the error.
+    """Content of a ``.cfg``: names and units of channels, factors and offsets of analog channels
+    (nan if not used), rates, Hz, each with the number of its last sample, the type of the data, and
+    the unit of a time stamp, s. Any error is turned into a rejection by ``registry``.
     """
 
     def __init__(self, file: str | Path, text: str) -> None:
@@ -83,7 +83,7 @@ class _Description:
         channels = lines[2:grid]
         self.scales = [(float(c[5] or "nan"), float(c[6] or 0)) for c in channels[:analog]]
         self.units = [*(channel[4] for channel in channels[:analog]), *[""] * status]
-        several = Counter(channel[1] for channel in channels)  # one name of several poles
+        several = Counter(channel[1] for channel in channels)  # several poles may share a name
         names = (f"{c[1]} {c[2]}".strip() if several[c[1]] > 1 else c[1] for c in channels)
         self.names = [name or f"channel {i}" for i, name in enumerate(names, start=1)]
         begin, trigger = (",".join(lines[i][:2]) for i in (last - 2, last - 1))
@@ -92,12 +92,13 @@ class _Description:
             order = "%m/%d/%Y" if self.old else "%d/%m/%Y"
             begun = datetime.strptime(begin.partition(".")[0], f"{order},%H:%M:%S")
             self.stated.append(["Test Date :", begun.isoformat()])
-        more = float(lines[last + 1][0] or 0) if last + 1 < len(lines) else 0.0
-        self.stamp = (more or 1.0) * (1e-9 if re.search(r"\.\d{7}", f"{begin} {trigger}") else 1e-6)
+        factor = float(lines[last + 1][0] or 0) if last + 1 < len(lines) else 0.0
+        unit = 1e-9 if re.search(r"\.\d{7}", f"{begin} {trigger}") else 1e-6
+        self.stamp = (factor or 1.0) * unit
 
 
 def _in_bytes(about: _Description, data: bytes, source: str | Path) -> list[np.ndarray]:
-    """The stamps and the samples of each channel, ``(t,)``, NaN where missing."""
+    """Return stamps and samples of each channel from binary data, ``(t,)``, NaN where missing."""
     analog = len(about.scales)
     status = len(about.names) - analog
     words = -(-status // 16)  # a bit for each status channel
@@ -114,7 +115,7 @@ def _in_bytes(about: _Description, data: bytes, source: str | Path) -> list[np.n
 
 
 def _in_text(about: _Description, data: bytes, source: str | Path) -> list[np.ndarray]:
-    """The same of a text."""
+    """Return stamps and samples of each channel from ASCII data, ``(t,)``, NaN where missing."""
     check_lines(source, data)
     text = data.decode("latin-1").replace("\r", "").replace("\x1a", "")
     lines, width = text.strip().split("\n"), 2 + len(about.names)
@@ -131,7 +132,7 @@ def _in_text(about: _Description, data: bytes, source: str | Path) -> list[np.nd
 
 
 def _times(file: str | Path, about: _Description, stamps: np.ndarray) -> np.ndarray:
-    """Times, s, ``(t,)``: by the rates that are stated, or by the stamps where none is."""
+    """Return times, s, ``(t,)``, by the stated rates, or by the stamps without a rate."""
     rates, ends = zip(*about.rates, strict=True)
     steps = [1.0 / rate if rate else np.nan for rate in rates]
     time = np.append(0.0, np.cumsum(np.repeat(steps, np.diff(ends, prepend=0))[1:]))
@@ -140,7 +141,7 @@ def _times(file: str | Path, about: _Description, stamps: np.ndarray) -> np.ndar
         return stamps
     if time.size == 1 or np.isnan(stamps).any() or stamps[-1] <= stamps[0]:
         return time
-    # Some recorders stamp in microseconds though their clock shows nanoseconds.
+    # Some recorders write stamps in microseconds although their clock shows nanoseconds.
     ratio, rate = time[-1] / (stamps[-1] - stamps[0]), 1e-3 * (time.size - 1) / time[-1]
     if min(abs(ratio * unit - 1.0) for unit in (1e-3, 1.0, 1e3)) > SAME_RATE:
         reason = f"states {rate:.6g} kHz, but the stamps of its data are those of "

@@ -1,9 +1,9 @@
-"""An example of a format, complete, to copy: records of a recorder that nobody has.
+"""Complete example of a format to copy: records of a fictitious recorder.
 
-A file has the signs ``EXAMPLE1``, the number of samples a second, and the travel in mm, as
-little-endian numbers of four bytes. It passes the tests of all formats. To be read it needs a line
-of ``FORMATS`` in ``registry``, with the names of its files in messages by ending, and the first
-bytes that prove a file to be of this format, whatever its ending:
+A file contains the signs ``EXAMPLE1``, the number of samples per second, and the travel in mm, as
+little-endian numbers of four bytes. The format passes the tests of all formats. To use it, add it
+to ``FORMATS`` in ``registry``, with the names of its files in messages by ending, and the first
+bytes that identify the format, whatever the ending of the file:
 
     Format(__name__, {".example-record": "a record of the example"}, (b"EXAMPLE1",))
 """
@@ -17,16 +17,16 @@ from breaker.records.sheet import Sheet
 
 
 def read(opened: Opened, form: Mapping) -> list[Sheet]:
-    """Return the tables of samples in a file, best first; here there is one.
+    """Return the tables of samples in a file, best first; this format has one table.
 
     Args:
-        opened: The file. Its bytes are ``opened.content``, which are read once, and those of a
-            second file of the record ``opened.companion(name)``.
-        form: The section ``endurance.format``, complete; empty where nothing is known yet, as when
-            ``breaker inspect`` looks at the file.
+        opened: The file. ``opened.content`` are its bytes, which are read once;
+            ``opened.companion(name)`` are the bytes of a second file of the record.
+        form: The section ``endurance.format``, complete; empty if nothing is known yet, as when
+            ``breaker inspect`` reads the file.
 
     Raises:
-        RejectedCurveError: If the file is damaged, with what is wrong and what to do.
+        RejectedCurveError: If the file is damaged; the message states the reason and the remedy.
     """
     header, content = 12, opened.content
     size, rest = divmod(len(content) - header, 4)
@@ -44,6 +44,6 @@ def read(opened: Opened, form: Mapping) -> list[Sheet]:
             columns=[1e3 * np.arange(size) / rate, travel],
             texts=["ms", "mm"],
             preamble=[["Sampling rate (Hz):", str(rate)]],
-            clock=0,  # the time is this column, whatever settings call it
+            clock=0,  # this column is the time, whatever its name in the settings
         )
     ]

@@ -1,7 +1,7 @@
-"""Curve files that are Excel workbooks, by openpyxl (the extra ``excel``).
+"""Curve files that are Excel workbooks, read by openpyxl (the extra ``excel``).
 
 A visible sheet is read as a text with tabs between its cells; a row counts as a line. Hidden sheets
-are not looked at. The first sheet with the columns of a record is read, and a remark names it.
+are ignored. The first sheet with the columns of a record is used, and a remark names it.
 """
 
 import io
@@ -31,11 +31,11 @@ def read(opened: Opened, form: Mapping) -> list[Sheet]:
         raise errors[-1]
     read_sheets = []
     for title, sheet in sheets.items():
-        long = [other for other, text in texts if text.count("\n") >= FEWEST]  # it may be a record
+        long = [other for other, text in texts if text.count("\n") >= FEWEST]  # possible records
         others = [repr(other) for other in long if other != title]
-        remark = f"only the sheet {title!r} is read, not {', '.join(others)}"
-        about = {"settings": {"decimal": settings["decimal"]}}
-        read_sheets.append(replace(sheet, remarks=(remark,) if others else (), **about))
+        remarks = (f"only the sheet {title!r} is read, not {', '.join(others)}",) if others else ()
+        decimal = {"decimal": settings["decimal"]}
+        read_sheets.append(replace(sheet, remarks=remarks, settings=decimal))
     return read_sheets
 
 
@@ -45,19 +45,19 @@ def _visible(opened: Opened, decimal: str) -> Iterator[tuple[str, str]]:
 
     content, before = io.BytesIO(opened.content), 0
     with zipfile.ZipFile(content) as parts:
-        # Unpacking stops at the size that is stated, so a false one is no way around.
+        # Unpacking stops at the stated size, so a false size cannot evade the limit.
         check_bytes(opened.file, sum(part.file_size for part in parts.infolist()))
     book = openpyxl.load_workbook(content, read_only=True, data_only=True, keep_links=False)
     for sheet in book.worksheets:
         if sheet.sheet_state != "visible":
             continue
-        sheet.reset_dimensions()  # what a sheet states of its size is often wrong
+        sheet.reset_dimensions()  # the stated size of a sheet is often wrong
         rows, size = [], 0
         for number, values in enumerate(sheet.iter_rows(values_only=True), start=1):
             row = "\t".join(_text(value, decimal) for value in values).rstrip("\t")
             check_size(opened.file, before + number, row.count("\t") + 1, line=number)
             size += len(row)
-            check_bytes(opened.file, size)  # a text that cells share counts for each
+            check_bytes(opened.file, size)  # a text shared by cells counts for each cell
             rows.append(row)
         before += len(rows)
         if text := "\n".join(rows).rstrip("\n"):
@@ -65,9 +65,7 @@ def _visible(opened: Opened, decimal: str) -> Iterator[tuple[str, str]]:
 
 
 def _text(value: object, decimal: str) -> str:
-    """A cell as a text file would have it, without a tab or a quotation mark; a number with all of
-    its digits.
-    """
+    """Return a cell as in a text file, without tabs and quotation marks; numbers in all digits."""
     if isinstance(value, int | float) and not isinstance(value, bool):
         return repr(float(value)).replace(".", decimal)
     return "" if value is None else " ".join(str(value).split()).replace('"', "″")

@@ -1,9 +1,9 @@
 """Texts with one record on each line, as monitors and benches for endurance tests save them.
 
-On a line stand the number of the operation, its date, the interval between samples, and then all
-values: in named fields (``ID:1;Interval (ms):0.4;Values:1204,1201``), or below a line of names, the
-last of which is that of the values. A file has thousands of records: a line is read when it is
-asked for.
+A line contains the number of the operation, its date, the interval between samples, and then all
+values: in named fields (``ID:1;Interval (ms):0.4;Values:1204,1201``), or below a line of names,
+whose last name is for the values. A file has thousands of records, so a line is only read on
+request.
 """
 
 from __future__ import annotations
@@ -21,17 +21,17 @@ from breaker.records.header import header_of
 from breaker.records.settings import TO_MS
 from breaker.records.sheet import Sheet
 
-_SOME = 2000  # signs of values that show their delimiter and decimal sign
+_SAMPLE = 2000  # signs of values from which the delimiter and the decimal sign are estimated
 _FIELDS = re.compile(r"(.*[;|\t,])?\s*([^\W\d][^:=;|\t,]*)[:=]([^:=]*)")  # before, name, values
 
 
 class RecordLine(NamedTuple):
-    """A line that is a record.
+    """Line that is a record.
 
     Attributes:
         line: Line of the file, from 1.
         number: Number of the operation.
-        date: ISO 8601, with its time if that is stated; empty where it is not, or in doubt.
+        date: Date as ISO 8601, with time if stated; empty if not stated or ambiguous.
     """
 
     line: int
@@ -40,8 +40,8 @@ class RecordLine(NamedTuple):
 
 
 class _Form(NamedTuple):
-    """Signs of values, names above them (none for named fields) and the sign between these, and
-    the bytes of each record by its line.
+    """Layout of lines: signs of values, names above them (empty for named fields), the sign between
+    names, and the bytes of each record by its line.
     """
 
     signs: Mapping[str, str]
@@ -51,15 +51,15 @@ class _Form(NamedTuple):
 
 
 def form_of(opened: Opened) -> _Form | None:
-    """Return the form of a text that has a record on each line: many values, and one name."""
+    """Return the layout of a text with a record (one name, many values) on each line, or None."""
     return opened.once("form of lines", lambda: _form_of(opened))
 
 
 def _form_of(opened: Opened) -> _Form | None:
-    """The form by the first two lines; None where these are not records."""
+    """Return the layout by the first two lines; None if these are not records."""
     first = long_lines(opened.content)
     if not first or b"\r" in first[0].strip():
-        return None  # nothing, short lines, or lines that end otherwise
+        return None  # no lines, short lines, or other ends of lines
     encoding = encoding_of(b"\n".join(first))
     head, last = (line.decode(encoding, errors="replace").strip() for line in (first[0], first[-1]))
     names, between = [], ""
@@ -69,9 +69,9 @@ def _form_of(opened: Opened) -> _Form | None:
         between = next((sign for sign in DELIMITERS if sign in head), ";")
         names = _cells(head, between)
         values = _cells(last, between, len(names) - 1)[-1]
-    delimiter, decimal = signs_of([values[:_SOME]])
+    delimiter, decimal = signs_of([values[:_SAMPLE]])
     cells = _cells(values, delimiter)
-    if sum(is_number(cell, decimal) for cell in cells[:_SOME]) < FEWEST:
+    if sum(is_number(cell, decimal) for cell in cells[:_SAMPLE]) < FEWEST:
         return None
     if not fields and not (len(first) > 1 and 2 <= len(names) < len(cells) / 2 and all(names)):
         return None
@@ -91,8 +91,8 @@ def _cells(text: str, delimiter: str, most: int = -1) -> list[str]:
 
 
 def records_in(opened: Opened) -> list[RecordLine]:
-    """Return the records of a file, in the order of their lines. A record without a number has that
-    of its place, from 1.
+    """Return the records of a file, in the order of their lines. A record without a stated number
+    gets its place, from 1.
     """
     form = form_of(opened)
     stated = [[pair[1] for pair in _split(form, line)[0]] for line in form.records.values()]
@@ -108,15 +108,15 @@ def records_in(opened: Opened) -> list[RecordLine]:
 
 
 def read(opened: Opened, form: Mapping) -> list[Sheet]:
-    """Return the record on a line, that of the form's ``line``, or on the first one.
+    """Return the record on the line ``line`` of the form, or on the first line.
 
     Raises:
-        RejectedCurveError: If the line is not that of a record, or its values are not numbers.
+        RejectedCurveError: If the line is not a record, or its values are not numbers.
     """
-    file, own = opened.file, form_of(opened)
-    line = form.get("line") or next(iter(own.records), 0)
-    signs = own.signs | {key: form[key] for key in own.signs if key in form}
-    fields, name, values = _split(own._replace(signs=signs), own.records.get(line, b""))
+    file, layout = opened.file, form_of(opened)
+    line = form.get("line") or next(iter(layout.records), 0)
+    signs = layout.signs | {key: form[key] for key in layout.signs if key in form}
+    fields, name, values = _split(layout._replace(signs=signs), layout.records.get(line, b""))
     cells, decimal = _cells(values, signs["delimiter"]), signs["decimal"]
     if not name:
         reason = "has no record on this line; write on each its values as one list, of one name"
@@ -132,21 +132,26 @@ def read(opened: Opened, form: Mapping) -> list[Sheet]:
     if timed := header.rate > 0 and form.get("time_column", "") is not None:
         time = np.arange(numbers.size) / header.rate / TO_MS[unit]
         names, columns, texts = ["time", name], [time, numbers], [unit, ""]
-    said = ()
-    if not form.get("line") and len(own.records) > 1:
-        said = (f"has a record on each line; this is that of line {line}",)
-    about = {
-        "clock": 0 if timed else None,
-        "remarks": said,
-        "lines": np.full(numbers.size, line),
-        "header": header,
-    }
-    return [Sheet(file, names, columns, texts, settings=signs, **about)]
+    remarks = ()
+    if not form.get("line") and len(layout.records) > 1:
+        remarks = (f"has a record on each line; this is that of line {line}",)
+    sheet = Sheet(
+        file,
+        names,
+        columns,
+        texts,
+        settings=signs,
+        clock=0 if timed else None,
+        remarks=remarks,
+        lines=np.full(numbers.size, line),
+        header=header,
+    )
+    return [sheet]
 
 
 def _split(form: _Form, line: bytes) -> tuple[list[tuple[str, str]], str, str]:
-    """The names and values of what a record states, and the name and the text of its values; all
-    are empty where it is none.
+    """Return the stated names and values of a record, and the name and the text of its samples; all
+    are empty if the line is not a record.
     """
     text = line.decode(form.signs["encoding"], errors="replace")
     if form.names:
@@ -154,7 +159,7 @@ def _split(form: _Form, line: bytes) -> tuple[list[tuple[str, str]], str, str]:
         *cells, values = _cells(text, form.between, last)
         pairs = zip(form.names, cells, strict=False)
         return [*pairs], form.names[last] if len(cells) == last else "", values
-    head = max(text.rfind(":"), text.rfind("=")) + 1  # a pattern takes its time with many values
+    head = max(text.rfind(":"), text.rfind("=")) + 1  # matching all values would be slow
     if (fields := _FIELDS.fullmatch(text[:head])) is None:
         return [], "", ""
     before, name, _ = fields.groups()

@@ -1,6 +1,6 @@
 """Curve files of labelled arrays: NetCDF and HDF5 (the extra ``netcdf``).
 
-Variables of the root are read; groups are not looked into, links are refused. Sizes are checked
+Only variables of the root are read; groups are ignored, links are rejected. Sizes are checked
 before numbers are read.
 """
 
@@ -18,11 +18,11 @@ _HDF5 = b"\x89HDF\r\n\x1a\n"  # first bytes of version 4
 _MISSING = ("_FillValue", "missing_value")
 _ABOUT = ("units", "scale_factor", "add_offset", *_MISSING)
 _NO_VARIABLE = "This is a netCDF dimension but not a netCDF variable"
-_Variable = tuple[Sequence[str], Mapping, "np.ndarray"]  # its dimensions, attributes and values
+_Variable = tuple[Sequence[str], Mapping, "np.ndarray"]  # dimensions, attributes and values
 
 
 def read(opened: Opened, form: Mapping) -> list[Sheet]:
-    """Return the variables of numbers along each dimension, those along the longest one first: see
+    """Return a sheet of the variables along each dimension, the longest dimension first; see
     ``registry``. The time is the coordinate of a dimension, unless another variable has its name.
     """
     if opened.content.startswith(_HDF5):
@@ -39,11 +39,11 @@ def read(opened: Opened, form: Mapping) -> list[Sheet]:
         raise RejectedCurveError(opened.file, f"{reason}; export one")
     stated = [[f"{name} :", _text(text)] for name, text in attributes.items() if name[:1] != "_"]
     sheets = []
-    for (along, size), those in sorted(by_dimension.items(), key=lambda item: -item[0][1]):
-        check_size(opened.file, size, len(those))
-        names, columns = list(those), [_readings(*reading) for reading in those.values()]
-        # A date that times are counted from is not a part of their unit.
-        units = [_text(about.get("units", "")).split(" since ")[0] for about, _ in those.values()]
+    for (along, size), stored in sorted(by_dimension.items(), key=lambda item: -item[0][1]):
+        check_size(opened.file, size, len(stored))
+        names, columns = list(stored), [_readings(*variable) for variable in stored.values()]
+        # The reference date of times is not a part of their unit.
+        units = [_text(about.get("units", "")).split(" since ")[0] for about, _ in stored.values()]
         timed = along in names and form.get("time_column", "") is not None
         clock = names.index(along) if timed else None
         sheets.append(Sheet(opened.file, names, columns, units, stated, clock=clock))
@@ -51,14 +51,14 @@ def read(opened: Opened, form: Mapping) -> list[Sheet]:
 
 
 def _text(value: object) -> str:
-    """An attribute as a text."""
+    """Return an attribute as a text."""
     if isinstance(value, list | np.ndarray) and len(value) == 1:
         value = value[0]
     return value.decode("utf-8", "replace") if isinstance(value, bytes) else str(value)
 
 
 def _readings(about: Mapping, stored: np.ndarray) -> np.ndarray:
-    """Values ``(t,)`` by the conventions of CF: NaN where missing, with factor and offset."""
+    """Return values ``(t,)`` by the CF conventions: NaN where missing, with factor and offset."""
     factor, offset = about.get("scale_factor", 1.0), about.get("add_offset", 0.0)
     values = stored * np.float64(np.ravel(factor)[0]) + np.float64(np.ravel(offset)[0])
     for name in about.keys() & _MISSING:
@@ -67,7 +67,7 @@ def _readings(about: Mapping, stored: np.ndarray) -> np.ndarray:
 
 
 def _in_version_3(opened: Opened) -> tuple[Mapping, dict[str, _Variable]]:
-    """The attributes of a file, and its variables of numbers."""
+    """Return the attributes of a file of version 3, and its variables of numbers."""
     from scipy.io import netcdf_file
 
     with netcdf_file(io.BytesIO(opened.content), mmap=False) as file:
@@ -80,10 +80,10 @@ def _in_version_3(opened: Opened) -> tuple[Mapping, dict[str, _Variable]]:
 
 
 def _in_hdf5(opened: Opened) -> tuple[Mapping, dict[str, _Variable]]:
-    """The same of version 4."""
+    """Return the attributes of a file of version 4, and its variables of numbers."""
     import h5py
 
-    # By its name, since h5py may crash as the process ends where a damaged file is one in memory.
+    # Opened by name: with a damaged file in memory, h5py may crash when the process ends.
     with h5py.File(opened.file, "r", locking=False) as file:
         check_size(opened.file, 0, len(file))
         variables, size = {}, 0
@@ -96,8 +96,8 @@ def _in_hdf5(opened: Opened) -> tuple[Mapping, dict[str, _Variable]]:
                 raise RejectedCurveError(opened.file, reason)
             array = file[name]
             # A dimension without a coordinate is stored as if it were a variable.
-            unreal = _NO_VARIABLE in _text(array.attrs.get("NAME", ""))
-            if unreal or array.dtype.kind not in "iuf":
+            placeholder = _NO_VARIABLE in _text(array.attrs.get("NAME", ""))
+            if placeholder or array.dtype.kind not in "iuf":
                 continue
             size += array.nbytes
             chunk = prod(array.chunks or ()) * array.dtype.itemsize

@@ -1,8 +1,8 @@
-"""The formats of curve files: whatever the format, sheets come out.
+"""Read curve files of all formats as sheets.
 
 A format is a module with ``read``, which is imported when a file of the format is read. This module
-knows by which ending and first bytes. ``example_format`` is a complete one to copy; add it to
-``FORMATS``. Each format passes the tests of ``tests/records/format_contract.py``.
+contains the endings and first bytes of each format. To add a format, copy ``example_format`` and
+extend ``FORMATS``. Each format passes the tests of ``tests/records/format_contract.py``.
 """
 
 import warnings
@@ -36,11 +36,10 @@ class Format(NamedTuple):
 
     Attributes:
         module: Name of the module with its function ``read``: see ``example_format``.
-        endings: Names of its kind of file in messages, by ending in lower case.
-        signatures: First bytes that prove a file to be of the format, whatever its ending; a file
-            with the ending that has none of them is not. Empty for a format that is text, which
-            reading proves.
-        extra: Extra of this package that the format needs; empty for none.
+        endings: Names of the kind of file in messages, by ending in lower case.
+        signatures: First bytes that identify the format, whatever the ending of the file; a file
+            with the ending but without these bytes is rejected. Empty for texts.
+        extra: Extra of this package that the format needs, or empty.
     """
 
     module: str
@@ -49,7 +48,7 @@ class Format(NamedTuple):
     extra: str = ""
 
     def read(self, opened: Opened, form: Mapping) -> Sequence[Sheet]:
-        """Return the sheets of a file; the module is imported by the first one."""
+        """Return the sheets of a file; import the module at the first call."""
         return import_module(self.module).read(opened, form)
 
 
@@ -68,7 +67,7 @@ NETCDF = Format(
 LINES = Format(f"{_HERE}.lines", {})  # texts with a record on each line
 
 FORMATS = (TEXT, EXCEL, COMTRADE, NETCDF, LINES)
-"""All formats; a file of no known ending or signature is taken for one of the first, a text."""
+"""All formats; a file without a known ending or signature is read as a text, the first format."""
 
 ENDINGS = tuple(ending for form in FORMATS for ending in form.endings)
 """Endings of the files of records. A ``.cfg`` has a ``.dat`` next to it."""
@@ -80,11 +79,11 @@ def read_columns(
     """Read the columns of time and travel of one record.
 
     Args:
-        file: File of one record, or an opened one, which keeps the columns.
+        file: File of one record, or an ``Opened``, which keeps the columns.
         settings: The section ``endurance.format``, complete.
-        channel: Column of the travel, where it is not that of the settings.
-        line: Line of the record, where each line is one; 0 for the first. A file may have thousands
-            of these, so they are not kept.
+        channel: Column of the travel, if it differs from the settings.
+        line: Line of the record, if each line is a record; 0 for the first. Records on lines are
+            not kept, since a file may have thousands.
 
     Raises:
         RejectedCurveError: If the file cannot be used.
@@ -99,19 +98,19 @@ def _read(opened: Opened, form: Mapping) -> Columns:
     for k, sheet in enumerate(_sheets(opened, form)):
         try:
             columns = columns_of(sheet, form)
-        except RejectedCurveError as own:
-            error = error if k else own
+        except RejectedCurveError as rejection:
+            error = error if k else rejection
             continue
         for array in (columns.time, columns.travel, columns.lines, *columns.paired.values()):
             if array is not None:
-                array.flags.writeable = False  # others read the same
+                array.flags.writeable = False  # the arrays are shared
         return columns
     raise error
 
 
 def look_into(file: str | Path | Opened, channel: str | int = "", line: int = 0) -> Sheet:
-    """Return the sheet of a file or line of which nothing is known: estimated of a text, stated of
-    others. It is the first, or the first with the column of a channel.
+    """Return the first sheet of a file or line without settings, or the first sheet that contains
+    the column ``channel``. The layout of a text is estimated; other formats state it.
 
     Raises:
         RejectedCurveError: If the file cannot be read, or there are no columns of numbers.
@@ -128,8 +127,8 @@ def look_into(file: str | Path | Opened, channel: str | int = "", line: int = 0)
 
 
 def records_in(file: str | Path | Opened) -> "list[RecordLine]":
-    """Return the records of a file that has one on each line; none where it is of another kind, or
-    cannot be read.
+    """Return the records of a file with one record on each line; an empty list for other files, or
+    if the file cannot be read.
     """
     opened = as_opened(file)
     with suppress(RejectedCurveError):
@@ -141,11 +140,11 @@ def records_in(file: str | Path | Opened) -> "list[RecordLine]":
 def stated_in(
     file: str | Path | Opened, settings: Mapping = FORMAT, channel: str = "", line: int = 0
 ) -> Header:
-    """Return what a file states above its samples; nothing of one that cannot be read.
+    """Return the header of a file; an empty header if the file cannot be read.
 
     Args:
-        file, channel, line: As of ``read_columns``.
-        settings: The section ``endurance.format``; a file that it does not read is looked into.
+        file, channel, line: As in ``read_columns``.
+        settings: The section ``endurance.format``; ``look_into`` reads files that do not fit it.
     """
     opened = as_opened(file)
     with suppress(ValueError):
@@ -156,10 +155,10 @@ def stated_in(
 
 
 def format_of(opened: Opened) -> Format:
-    """Return the format of a file: the one that its content proves, or else the one of its ending.
+    """Return the format of a file, by its first bytes or else by its ending.
 
     Raises:
-        RejectedCurveError: If it is of a kind that cannot be read, or not of that of its ending.
+        RejectedCurveError: If the format cannot be read, or the content contradicts the ending.
     """
     return opened.once("format", lambda: _format_of(opened))
 
@@ -170,7 +169,7 @@ def _format_of(opened: Opened) -> Format:
     if ending in _REFUSED:
         raise RejectedCurveError(file, _REFUSED[ending])
     if ending == ".dat":
-        return COMTRADE  # which names the part that is lacking
+        return COMTRADE  # its error names the .cfg
     for form in FORMATS:
         if opened.content.startswith(form.signatures):
             return form
@@ -188,13 +187,13 @@ def _ending(file: str | Path) -> str:
 
 
 def _sheets(opened: Opened, form: Mapping) -> Sequence[Sheet]:
-    """The sheets of a file; whatever a format raises, which is no text, becomes a reason."""
+    """Return the sheets of a file; turn any error of a binary format into a rejection."""
     format_, file = format_of(opened), opened.file
     kinds = TEXT.endings if format_ is LINES else format_.endings
     kind = kinds.get(_ending(file)) or next(iter(kinds.values()), "")
     try:
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # of packages, about what is not read here
+            warnings.simplefilter("ignore")  # packages warn about parts that are not read here
             sheets = format_.read(opened, form)
     except RejectedCurveError:
         raise

@@ -1,6 +1,6 @@
-r"""Tables of samples in texts: CSV and the like, in any encoding, with any end of line.
+r"""Tables of samples in texts: CSV and similar, in any encoding, with any end of line.
 
-Settings define how a text is read. Where there are none, encoding, delimiter and decimal sign are
+Settings define how a text is read. Without settings, encoding, delimiter and decimal sign are
 estimated from lines of the entire text, to propose settings that a user confirms.
 """
 
@@ -29,14 +29,15 @@ from breaker.records.files import Opened, RejectedCurveError, check_lines, check
 from breaker.records.sheet import EVERY, Sheet
 
 BLOCK = 2**16
-"""Signs of the longest line, of what stands above samples, and of the lines that are split at a
-time: 300 columns need a seventh of it, and their cells take twelve times the memory."""
+"""Signs of the longest line, of the lines above samples, and of the lines that are split at a time:
+300 columns need a seventh of this, and their cells take twelve times the memory."""
 
 FEWEST = 50
-"""Samples of the shortest record, 50 ms at 1 kHz: as many lines show where samples begin."""
+"""Samples of the shortest record, 50 ms at 1 kHz; an equal number of lines shows where samples
+begin."""
 
 _TOP = 500  # lines in which samples begin: a preamble has at most 400 (see ``header``)
-_TWO = 2**21  # bytes in which two records stand on lines: two of 100,000 samples
+_TWO = 2**21  # bytes that contain two records on lines, with 100,000 samples each
 _CODES = ("gb18030", "shift_jis", "cp1251")
 _WORDS = re.compile(words.any_of(words.WORDS["telling"]))
 _LONG = re.compile(rf"\n.{{{BLOCK}}}")
@@ -47,7 +48,7 @@ DELIMITERS = (";", "\t", "|", ",", " ")  # in case of doubt, the first that fits
 
 
 def read(opened: Opened, form: Mapping) -> list[Sheet]:
-    """Return the table of a text: see ``registry``."""
+    """Return the table of a text; see ``registry``."""
     file, content = opened.file, opened.content
     check_lines(file, content)
     encoding = form.get("encoding") or encoding_of(content)
@@ -63,8 +64,8 @@ def sheet_of(opened: Opened, text: str, settings: Mapping, form: Mapping, title:
     Args:
         opened: The file; it keeps the numbers, so that other settings need not read them again.
         text, settings: The text; its delimiter and its decimal sign, by their keys.
-        form: The section ``endurance.format``, complete; empty where nothing is known.
-        title: What the text is in its file, where that has several.
+        form: The section ``endurance.format``, complete; empty if nothing is known.
+        title: Name of the text in a file with several texts.
 
     Raises:
         RejectedCurveError: If there are no columns of numbers.
@@ -74,7 +75,7 @@ def sheet_of(opened: Opened, text: str, settings: Mapping, form: Mapping, title:
         raise RejectedCurveError(file, "is empty")
     wanted = words.wanted_columns(map(top.names, range(len(top.lines))), form) if form else {}
     if form and form["rate"]:
-        wanted.pop("time", None)  # the rate may stand for it
+        wanted.pop("time", None)  # the rate may replace the column
     first, named, unit, width = _head(file, top, wanted)
     names, texts = [] if named is None else top.names(named), [] if unit is None else top.row(unit)
     width = max(width, len(names), len(texts))
@@ -87,39 +88,38 @@ def sheet_of(opened: Opened, text: str, settings: Mapping, form: Mapping, title:
     body = _Body(settings["delimiter"], settings["decimal"], width, least)
     key = title, settings.get("encoding"), body, begin
     columns, lines, wrong = opened.once(key, lambda: body.samples(text, begin, line))
-    if not form:  # such as those of open contacts
+    if not form:  # removes overflow values, such as the resistance of open contacts
         columns = [np.where(np.abs(c) > LARGEST_NUMBER["time"], np.nan, c) for c in columns]
-    # Where blanks separate cells, they separate words, too.
+    # If blanks separate cells, they also separate words of the preamble.
     preamble = [
         [top.lines[k].strip()] if top.delimiter == " " else top.row(k)
         for k in range(first)
         if k not in (named, unit)
     ]
-    about = file, names, columns, texts, preamble, settings
-    return Sheet(*about, lines=lines, wrong=wrong)
+    return Sheet(file, names, columns, texts, preamble, settings, lines=lines, wrong=wrong)
 
 
 def long_lines(content: bytes) -> list[bytes]:
-    """Return the first two lines of a text where one has room for a record; none elsewhere."""
+    """Return the first two lines of a text if one is long enough for a record; else none."""
     first = [line for line in content[:_TWO].split(b"\n", 9)[:9] if line.strip()][:2]
     return first if max(map(len, first), default=0) >= 2 * FEWEST else []
 
 
 def encoding_of(content: bytes) -> str:
-    """Return the encoding of a text: by its mark, UTF-8 where it is valid, or by words."""
+    """Return the encoding of a text: by its byte order mark, UTF-8 if valid, or by words."""
     if content[:2] in (b"\xff\xfe", b"\xfe\xff"):
         return "utf-16"
     start = content[:BLOCK]
     with suppress(UnicodeDecodeError):
         content.decode("utf-8")
         return "utf-8"
-    spoken = (code for code in _CODES if _WORDS.search(start.decode(code, errors="ignore")))
-    return next(spoken, "cp1252")
+    codes = (code for code in _CODES if _WORDS.search(start.decode(code, errors="ignore")))
+    return next(codes, "cp1252")
 
 
 def _decoded(file: str | Path, content: bytes, encoding: str, *, strict: bool) -> str:
-    r"""The text of a file, without a byte order mark, its lines ended by ``\n``. Where its encoding
-    is estimated, damaged signs do not hide the rest; reading refuses them.
+    r"""Return the text of a file, without a byte order mark, its lines ended by ``\n``. If the
+    encoding is only estimated (not ``strict``), damaged signs are replaced, not rejected.
     """
     try:
         text = content.decode(encoding, errors="strict" if strict else "replace")
@@ -130,7 +130,7 @@ def _decoded(file: str | Path, content: bytes, encoding: str, *, strict: bool) -
         reason = f"cannot be read: {error}; is it whole, and endurance.format.encoding right?"
         raise RejectedCurveError(file, reason, line=line) from error
     text = text.replace("\0", "\ufffd").removeprefix("\ufeff").rstrip("\n\r\x1a")
-    if "\r" in text:  # lines that were translated twice end with two returns
+    if "\r" in text:  # lines that were converted twice end with two returns
         text = text.replace("\r\r\n", "\n").replace("\r\n", "\n").replace("\r", "\n")
     if long := _LONG.search(f"\n{text}"):
         reason = f"has more than {BLOCK:,} signs; export a table with one line per sample"
@@ -139,25 +139,25 @@ def _decoded(file: str | Path, content: bytes, encoding: str, *, strict: bool) -
 
 
 def _some_lines(text: str) -> list[str]:
-    """Return up to 200 lines from all over a text but its first part, without blank ones."""
-    some = {}
-    for at in np.linspace(0.2 * len(text), max(len(text) - 1, 0), 200).astype(int).tolist():
-        begin, end = text.rfind("\n", 0, at) + 1, text.find("\n", at)
-        some[begin] = text[begin : end if end >= 0 else len(text)]
-    return [line for line in some.values() if line.strip()]
+    """Return up to 200 lines from all parts of a text except its first fifth, without blanks."""
+    lines = {}
+    for place in np.linspace(0.2 * len(text), max(len(text) - 1, 0), 200).astype(int).tolist():
+        begin, end = text.rfind("\n", 0, place) + 1, text.find("\n", place)
+        lines[begin] = text[begin : end if end >= 0 else len(text)]
+    return [line for line in lines.values() if line.strip()]
 
 
-def signs_of(some: Sequence[str]) -> tuple[str, str]:
+def signs_of(lines: Sequence[str]) -> tuple[str, str]:
     """Return the delimiter and the decimal sign with which most cells of lines, and the fewest
     others, are numbers.
     """
-    signs = set().union(*some)
-    delimiters = [d for d in DELIMITERS if d in signs or d == ";"]  # one column has none
+    signs = set().union(*lines)
+    delimiters = [d for d in DELIMITERS if d in signs or d == ";"]  # none in a single column
     pairs = [(d, sign) for d in delimiters for sign in ".," if d != sign or '"' in signs]
 
     def fit(pair: tuple[str, str]) -> tuple[bool, int]:
-        rows, kind = [cells_of(line, pair[0]) for line in some], _kinds(pair[1])
-        # 12,045 is one number: no column has zeros before whole numbers, but perhaps the first.
+        rows, kind = [cells_of(line, pair[0]) for line in lines], _kinds(pair[1])
+        # 12,045 is one number: only a first column may have integers with leading zeros.
         padded = any(_PADDED.fullmatch(cell) for row in rows for cell in row[1:])
         return not padded, sum(kind(cell) for row in rows for cell in row)
 
@@ -176,11 +176,11 @@ def _kinds(decimal: str) -> Callable[[str], int]:
 
 _Head = tuple[int, int | None, int | None, int]
 """Places of the first sample, the names and the units among the first lines; and the number of
-columns of the samples, 0 where names count."""
+columns of the samples, 0 if the names determine it."""
 
 
 class _Top:
-    """The first lines of a text that are not blank, and their numbers, from 1."""
+    """First lines of a text that are not blank, and their numbers, from 1."""
 
     def __init__(self, text: str, settings: Mapping) -> None:
         self.text, self.delimiter = text, settings["delimiter"]
@@ -191,8 +191,8 @@ class _Top:
         self.row = cache(lambda k: cells_of(self.lines[k], self.delimiter))
 
     def kinds(self, k: int, places: Sequence[int]) -> list[int]:
-        """Return the kinds of some cells of a line; a missing one is a missing sample."""
-        return [self.kind("".join(self.row(k)[at : at + 1])) for at in places]
+        """Return the kinds of cells of a line; a missing cell counts as a missing sample."""
+        return [self.kind("".join(self.row(k)[place : place + 1])) for place in places]
 
     def names(self, k: int) -> list[str]:
         """Return the names in a line."""
@@ -201,10 +201,10 @@ class _Top:
 
 
 def _head(file: str | Path, top: _Top, wanted: Mapping[str, str | int]) -> _Head:
-    """The head above the first run of lines that are like those of the entire text.
+    """Return the head above the first run of lines that are similar to those of the entire text.
 
-    Names stand in the last line above it that has all wanted ones, or else in the last one, or
-    above one of units.
+    The names are in the last line above the run that contains all wanted names, or else in the last
+    line, or in the line above the units.
     """
     needed = [column for kind, column in wanted.items() if kind not in words.BESIDE]
     places = [column - 1 for column in needed if isinstance(column, int)]
@@ -215,8 +215,8 @@ def _head(file: str | Path, top: _Top, wanted: Mapping[str, str | int]) -> _Head
     @cache
     def fits(k: int) -> bool:
         kinds = [*map(top.kind, top.row(k))]
-        alike = 2 * kinds.count(1) >= numbers > 0 and kinds.count(-1) <= texts
-        return alike and all(kind == 1 for kind in top.kinds(k, places))
+        similar = 2 * kinds.count(1) >= numbers > 0 and kinds.count(-1) <= texts
+        return similar and all(kind == 1 for kind in top.kinds(k, places))
 
     for first in range(len(top.lines)):
         run = range(first, min(first + FEWEST, len(top.lines)))
@@ -230,7 +230,7 @@ def _head(file: str | Path, top: _Top, wanted: Mapping[str, str | int]) -> _Head
     by_names = any(isinstance(column, str) for column in wanted.values())
     for k in range(above, -1, -1) if by_names else ():
         if all(words.places_of(top.names(k), column) for column in wanted.values()):
-            return first, k, above if k == above - 1 else None, 0  # columns without a name are none
+            return first, k, above if k == above - 1 else None, 0  # unnamed columns do not count
     units = above if above >= 0 and _are_units(top.row(above)) else None
     names = above if units is None else above - 1
     cells = [*filter(None, top.row(names))] if names >= 0 else []
@@ -242,14 +242,14 @@ def _head(file: str | Path, top: _Top, wanted: Mapping[str, str | int]) -> _Head
 
 
 def _are_units(row: Sequence[str]) -> bool:
-    """Whether two of three cells of a line are units."""
+    """Return whether at least two thirds of the cells of a line are units."""
     cells = [cell for cell in row if cell.strip("[]()-1")]
     units = sum(words.unit_of(cell) is not None for cell in cells)
     return bool(cells) and 3 * units >= 2 * len(cells)
 
 
 class _Body(NamedTuple):
-    """How samples are read; a line with the least number of cells is not a sample."""
+    """Reader of samples; a line with at most ``least`` cells is not a sample."""
 
     delimiter: str
     decimal: str
@@ -259,7 +259,7 @@ class _Body(NamedTuple):
     def samples(
         self, text: str, begin: int, line: int
     ) -> tuple[list[np.ndarray], np.ndarray, dict[int, tuple[int, str]]]:
-        """Return the columns, the line of each sample, and what is wrong: see ``Sheet``."""
+        """Return the columns, the line of each sample, and wrong cells; see ``Sheet``."""
         wrong: dict[int, tuple[int, str]] = {}
         parts, lines = {place: [np.zeros(0)] for place in range(self.width)}, [np.zeros(0, int)]
         while begin < len(text):
@@ -267,11 +267,11 @@ class _Body(NamedTuple):
             end = len(text) if end < 0 else end
             numbers, cells = self._cells(text[begin:end], line, wrong)
             for place in range(self.width):
-                values, odd = strict_numbers(cells[place], self.decimal)
+                values, others = strict_numbers(cells[place], self.decimal)
                 parts[place].append(values)
-                if odd and place not in wrong:
-                    cell = cells[place][odd[0]].strip()[:40]
-                    wrong[place] = int(numbers[odd[0]]), f"is {cell!r}, {NOT_A_NUMBER}"
+                if others and place not in wrong:
+                    cell = cells[place][others[0]].strip()[:40]
+                    wrong[place] = int(numbers[others[0]]), f"is {cell!r}, {NOT_A_NUMBER}"
             lines.append(numbers)
             begin, line = end + 1, line + text.count("\n", begin, end) + 1
         return [np.concatenate(part) for part in parts.values()], np.concatenate(lines), wrong
@@ -279,7 +279,7 @@ class _Body(NamedTuple):
     def _cells(
         self, part: str, line: int, wrong: dict[int, tuple[int, str]]
     ) -> tuple[np.ndarray, Sequence[Sequence[str]]]:
-        """Return line numbers of samples and columns of cells of lines; add to what is wrong."""
+        """Return line numbers of samples and columns of cells of lines; add errors to ``wrong``."""
         every, width = part.split("\n"), self.width
         columns = columns_of_alike(every, width, self.delimiter)
         if columns is not None and not _BLANK_LINE.search(f"\n{part}\n"):
@@ -288,10 +288,9 @@ class _Body(NamedTuple):
         for number, row in enumerate((cells_of(cells, self.delimiter) for cells in every), line):
             if not any(row) or is_remark(row) or len(row) <= self.least:
                 continue
-            # More cells are those of decimal commas where commas separate; where blanks separate,
-            # nobody knows which of fewer ones is blank.
-            odd = any(row[width:]) or (self.delimiter == " " and len(row) < width)
-            if odd:
+            # Surplus cells come from decimal commas if commas separate cells; if blanks separate
+            # cells and some are missing, their columns are unknown.
+            if any(row[width:]) or (self.delimiter == " " and len(row) < width):
                 reason = f"{len(row)} cells where there are {width} columns"
                 remedy = "see endurance.format.delimiter and endurance.format.decimal"
                 wrong.setdefault(EVERY, (number, f"{reason}; {remedy}"))
