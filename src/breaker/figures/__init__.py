@@ -1,5 +1,5 @@
-"""Figures: prepared data in, a matplotlib figure out; modules by step, in the order of the paper.
+"""Figures: functions from prepared data to a matplotlib figure, in modules by step of the paper.
 
-A function computes no statistics, opens no file, and leaves matplotlib's settings unchanged. Write
-the result with ``style.save(figure, path)``.
+A function computes no statistics, opens no file, and leaves matplotlib's settings unchanged.
+``style.save(figure, path)`` writes its result.
 """

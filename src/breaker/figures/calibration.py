@@ -1,6 +1,6 @@
 """Calibration, contraction and recovery on simulated curves (paper, Figs. 4, 5, 6).
 
-``names`` are those of the ``q`` outputs, ``about`` states motion, posterior and drives.
+``names`` are the names of ``q`` outputs; ``about`` states motion, posterior and drives in words.
 """
 
 from collections.abc import Sequence
@@ -78,7 +78,7 @@ def contraction(
         axis.set_title(f"{p.named(name)}\n{words}, z-score sd {z_sd[i]:.2f}", fontsize=10)
     largest = max(4.2, 1.05 * abs(z).max())
     lowest = known.min()
-    if lowest < -1.0:  # a few that know less than the prior does would hide all others
+    if lowest < -1.0:  # a few posteriors far wider than the prior would compress all others
         lowest = np.quantile(known, 0.002)
     left = int((known < lowest).sum())
     axes[0].set(xlim=(min(0.0, 1.05 * lowest), 1.02), ylim=(-largest, largest))
@@ -109,7 +109,7 @@ def recovery(summary: "Recovery", truth: np.ndarray, names: Sequence[str], *, ab
         axis.vlines(true, low, high, color=output.colour, **look)
         dots = {"ms": 3.2, "mec": "white", "mew": 0.3, "label": "posterior median"}
         axis.plot(true, summary.median[:, i], "o", color=output.colour, **dots)
-        # All truths and medians; the longest intervals may end outside, not to dwarf the rest.
+        # Show all true values and medians; the longest intervals may end outside the axes.
         centres = np.concatenate([true, summary.median[:, i]])
         room = 0.06 * np.ptp(centres)
         ends = centres.min() - room, centres.max() + room

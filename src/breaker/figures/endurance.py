@@ -20,19 +20,19 @@ def evolution(
     *,
     motion: str,
 ) -> Figure:
-    """Draw every parameter over the operations: median and 90 % band in blocks of them.
+    """Draw parameters over the operations: median and 90 % band in blocks of operations.
 
-    ``blocks`` and ``shares`` are, of "paper" and "family", what ``run_numbers.blocks_of`` and
-    ``held`` return; ``truth`` is ``(operation, parameter)``, if known.
+    ``blocks`` and ``shares`` are results of ``run_numbers.blocks_of`` and ``held``, by "paper" and
+    "family"; ``truth`` is ``(operation, parameter)``, if known.
     """
     names = [str(name) for name in blocks["paper"]["parameter"].values]
     figure, axes = p.panels(len(names), columns=2, width=6.4, height=2.3, sharex=True)
     shares = shares or {}
     for k, (axis, name) in enumerate(zip(axes, names, strict=True)):
-        for by, one in blocks.items():
-            values = one["value"].sel(parameter=name).transpose("quantile", "block").values
+        for by, block in blocks.items():
+            values = block["value"].sel(parameter=name).transpose("quantile", "block").values
             low, middle, high = np.hstack([values, values[:, -1:]])
-            ends = np.append(one["first"].values - 0.5, one["last"].values[-1] + 0.5)
+            ends = np.append(block["first"].values - 0.5, block["last"].values[-1] + 0.5)
             label, color = _LOOKS[by]
             look = {"color": color, "alpha": 0.25, "lw": 0, "label": f"{label}: 90 % interval"}
             axis.fill_between(ends, low, high, step="post", **look)
@@ -57,8 +57,8 @@ def evolution(
     size = int(np.max(last - first)) + 1
     what = f"blocks of {size} operations" if size > 1 else "single operations"
     about = f"{p.SOURCES[motion]}: parameters in {what}"
-    for by, one in blocks.items():
-        lacking = 1.0 - float(one["answered"].sum() / one["count"].sum())
+    for by, block in blocks.items():
+        lacking = 1.0 - float(block["answered"].sum() / block["count"].sum())
         about += f"\n{_LOOKS[by][0]}: no answer for {p.percent(lacking)} of them" * (lacking > 0)
     style.title(figure, finding if inside else "Parameters over the operations", about)
     p.legend_below(figure, columns=3)

@@ -1,4 +1,4 @@
-"""How far a network is from the exact posterior, and what a curve determines at all."""
+"""Divergence of a network from the exact posterior, and the parameters that a curve determines."""
 
 from collections.abc import Mapping, Sequence
 
@@ -11,8 +11,8 @@ from breaker.common.numerals import first_of
 from breaker.figures import panels as p
 from breaker.figures import style
 
-_LARGEST_K = 0.7  # from which on Pareto-smoothed weights do not settle (Vehtari et al. 2024)
-# Shift from the middle of the row downwards, marker and colour of each posterior.
+_LARGEST_K = 0.7  # limit of reliable Pareto-smoothed weights (Vehtari et al. 2024)
+# Downward shift from the middle of the row, marker and colour of a posterior.
 _POSTERIORS = {
     "amortised": (-0.15, "o", style.AMORTISED),
     "corrected": (0.15, "D", style.CORRECTED),
@@ -28,9 +28,10 @@ def exactness(
     *,
     motion: str,
 ) -> Figure:
-    """Draw sizes and tail of weights, divergences, and posteriors of three curves, if there are.
+    """Draw sizes and tail of weights, divergences, and posteriors of three curves, if available.
 
-    ``judged`` and ``corrected`` are from ``correction``, the others from ``validation``.
+    ``judged`` and ``corrected`` are from ``correction``; ``examples`` and ``summary`` are from
+    ``validation``.
     """
     count = examples.sizes["example"]
     figure = style.new_figure(14.0, 10.2 if count else 5.0)
@@ -62,7 +63,7 @@ def exactness(
 
 
 def _weights(efficiency: Axes, tail: Axes, both: Sequence, medians: Sequence[float]) -> None:
-    """Draw the relative effective sample size of weights, and how heavy their tail is."""
+    """Draw the relative effective sample size of weights, and Pareto k of their tail."""
     looks = (style.AMORTISED, "network"), (style.CORRECTED, "correction")
     for data, (colour, words), median in zip(both, looks, medians, strict=True):
         k = data["pareto_k"].values
@@ -88,14 +89,14 @@ def _divergence(axis: Axes, judged: xr.Dataset, summary: Mapping) -> None:
     axis.plot([mean, mean], [0, 103], color=style.MEASURED, lw=1.2, label=label)
     axis.fill_betweenx([0, 103], mean - error, mean + error, color=style.MEASURED, alpha=0.15, lw=0)
     axis.axvline(0.0, color=style.REFERENCE, lw=1.2, ls="--", label="exact: 0")
-    # The last 3 % of the curves, far away, would dwarf all others; the legend says how far.
+    # The axis omits the last 3 % of the curves, which are far away; the legend states the largest.
     most = np.quantile(values[np.isfinite(values)], 0.97)
     axis.set_xlim(right=1.2 * max(x for x in (0.1, mean + error, most) if np.isfinite(x)))
     axis.set(xlabel="divergence (nats)", title="divergence from the exact posterior")
 
 
 def _shares(axis: Axes, values: np.ndarray, colour: str, label: str) -> None:
-    """Draw the share of all curves at or below each value; nan counts as none."""
+    """Draw the share of all curves at or below each value; nan is above all values."""
     known = np.sort(values[~np.isnan(values)])
     if missing := values.size - known.size:
         label += f", {missing} without"
@@ -105,14 +106,14 @@ def _shares(axis: Axes, values: np.ndarray, colour: str, label: str) -> None:
 
 
 def _example(axis: Axes, one: xr.Dataset) -> None:
-    """Draw both posteriors of a curve, output by output from the top down."""
+    """Draw both posteriors of a curve, one row per output."""
     rows = np.arange(one.sizes["output"])
     for posterior, (shift, _, colour) in _POSTERIORS.items():
-        row, at = one.sel(posterior=posterior), rows + shift
-        axis.hlines(at, *row["interval_95"].values.T, color=colour, lw=1.4)
+        row, heights = one.sel(posterior=posterior), rows + shift
+        axis.hlines(heights, *row["interval_95"].values.T, color=colour, lw=1.4)
         label = f"{posterior}: 50 % and 95 % interval"
-        axis.hlines(at, *row["interval_50"].values.T, color=colour, lw=5.0, label=label)
-        axis.plot(row["median"], at, "o", color=colour, mec="white", mew=0.8, ms=6)
+        axis.hlines(heights, *row["interval_50"].values.T, color=colour, lw=5.0, label=label)
+        axis.plot(row["median"], heights, "o", color=colour, mec="white", mew=0.8, ms=6)
     axis.plot(one["truth"], rows, "|", color=style.MEASURED, ms=17, mew=1.8, label="truth")
     axis.axvline(0.0, color=style.REFERENCE, lw=0.6)
     axis.set_yticks(rows, [p.named(name) for name in one["output"].values.tolist()])
@@ -131,7 +132,7 @@ def _example(axis: Axes, one: xr.Dataset) -> None:
 
 @style.styled
 def identifiability(reached: xr.Dataset, *, motion: str) -> Figure:
-    """Draw contraction of each output: its linearised limit, and what posteriors reach."""
+    """Draw the contraction of each output: its linearised limit, and values of posteriors."""
     names = [str(name) for name in reached["output"].values]
     figure = style.new_figure(14.6, 0.56 * len(names) + 3.0)
     axis = figure.subplots()
@@ -143,10 +144,10 @@ def identifiability(reached: xr.Dataset, *, motion: str) -> Figure:
     axis.barh(rows, width, 0.72, left=limit["lower"], **look)
     look = {"color": style.MEASURED, "lw": 1.6, "ls": "--", "label": "linearised limit: mean"}
     axis.vlines(limit["mean"], rows - 0.36, rows + 0.36, **look)
-    for least in (0.5, 0.8):  # of validation.KNOWLEDGE
+    for least in (0.5, 0.8):  # thresholds of validation.KNOWLEDGE
         label = "0.5 and 0.8: from partly known on, from known on"
         axis.axvline(least, color=style.REFERENCE, lw=0.9, ls=":", label=label)
-    for source in (posterior_name for posterior_name in _POSTERIORS if posterior_name in count):
+    for source in (name for name in _POSTERIORS if name in count):
         shift, marker, color = _POSTERIORS[source]
         one = reached.sel(source=source)
         ends = one["lower"], one["mean"], one["upper"]

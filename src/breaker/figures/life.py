@@ -1,6 +1,6 @@
 """Health, cost of a service, operations left and changes, over the operations of a life.
 
-``life`` is what ``forecast_of`` returns, ``standing`` what ``states_of`` makes of it.
+``life`` is the result of ``forecast_of``, ``standing`` the result of ``states_of`` for it.
 """
 
 from collections.abc import Sequence
@@ -16,12 +16,12 @@ from breaker.figures import panels as p
 from breaker.figures import style
 
 _KINDS = {"rate": "the wear changed its rate", "step": "a sudden fault", "event": "known work"}
-_FLAT = 0.1  # services, within which an operation is as good as the best
+_FLAT = 0.1  # costs of a service; an operation this near the least cost is as good as the best
 
 
 @style.styled
 def health(life: xr.Dataset, standing: xr.Dataset) -> Figure:
-    """Draw one panel per limit: how probably it is exceeded, and its state in a strip below."""
+    """Draw one panel per limit: probability that it is exceeded, and its state in a strip below."""
     operation, titles = standing["operation"].values, []
     for j, words in enumerate(life["words"].values):
         one = standing.isel(limit=j, operation=-1)
@@ -53,7 +53,7 @@ def health(life: xr.Dataset, standing: xr.Dataset) -> Figure:
 
 @style.styled
 def service_cost(standing: xr.Dataset) -> Figure:
-    """Draw one panel per limit that is known: what a service costs more than at the best time."""
+    """Draw one panel per known limit: cost of a service beyond the cost at the best operation."""
     last = standing.isel(operation=-1)
     over = last["certain"].notnull().values
     known = last["extra"].notnull().all("ahead") & last["remaining"].notnull().all("quantile")
@@ -73,7 +73,7 @@ def service_cost(standing: xr.Dataset) -> Figure:
     finding += f"and costs at most {_FLAT:g} more until {now + high:,.0f}"
     if np.isinf(best):
         finding = f"As of operation {now:,.0f} nothing leads to a limit within the horizon"
-    # What may be exceeded already with 5 % is due, whatever waiting costs.
+    # A limit exceeded with a probability of 5 % or more is due, whatever the cost of waiting.
     due = bool(over.any() or (last["remaining"].isel(quantile=0) == 0.0).any())
     finding = "Service now: a limit may be exceeded already" if due else finding
     shows = "cost of a service by the operation at which it is done"
@@ -83,8 +83,8 @@ def service_cost(standing: xr.Dataset) -> Figure:
 
 
 def _best(one: xr.Dataset) -> tuple[float, float, float]:
-    """Operations ahead at which a service costs least, inf beyond the horizon, and the first and
-    last ones next to it that are as good.
+    """Return operations ahead at which a service costs least, inf beyond the horizon, and the first
+    and last adjacent operations that are as good.
     """
     ahead, good = one["ahead"].values, one["extra"].values <= _FLAT
     best = int(one["extra"].values.argmin())
@@ -96,7 +96,7 @@ def _best(one: xr.Dataset) -> tuple[float, float, float]:
 
 
 def _cost(axis: Axes, one: xr.Dataset) -> None:
-    """Draw the cost, the operations that are as good as the best, and what is recommended."""
+    """Draw the cost, the operations that are as good as the best, and the recommended service."""
     now, ahead, extra = float(one["operation"]), one["ahead"].values, one["extra"].values
     look = {"color": style.MODEL, "lw": 1.8, "label": "cost beyond that of the best operation"}
     axis.plot(now + ahead, extra, **look)
@@ -118,10 +118,10 @@ def _cost(axis: Axes, one: xr.Dataset) -> None:
 def remaining_life(
     life: xr.Dataset, standing: xr.Dataset, truth: xr.Dataset | None = None
 ) -> Figure:
-    """Draw one panel per limit: operations left, by when to service, and the true ones.
+    """Draw one panel per limit: operations left, recommended service, and true operations left.
 
-    ``truth`` is, of a simulated life, ``failure (limit)``, when a limit is first exceeded, and
-    ``held``, what ``coverage`` returns.
+    ``truth`` of a simulated life has ``failure (limit)``, the first operation beyond a limit, and
+    ``held``, the result of ``coverage``.
     """
     known = (standing["state"] > [*p.STATES].index("unknown")).any("operation").values
     vague = ", ".join(p.spoken(name) for name in standing["limit"].values[~known])
@@ -150,8 +150,8 @@ def remaining_life(
 
 def coverage(life: xr.Dataset, failure: Sequence[float]) -> list[float]:
     """Return the share of operations whose 90 % interval contains the true number left until each
-    limit, ``(limit,)``: from the first prediction until the drive exceeds it at ``failure``
-    ``(limit,)``; nan if there are no such operations.
+    limit, ``(limit,)``, from the first prediction until the drive exceeds the limit at ``failure``
+    ``(limit,)``; nan without such operations.
     """
     predicted = life.sel(asked=slice(life.attrs["reported_from"], None))
     intervals = predicted.remaining.transpose("limit", "asked", "quantile").values
@@ -164,7 +164,7 @@ def coverage(life: xr.Dataset, failure: Sequence[float]) -> list[float]:
 
 
 def _next(last: xr.Dataset, truth: xr.Dataset | None) -> str:
-    """Say how often the truth is inside, or which limit is the next."""
+    """Return a headline: how often intervals contain the truth, or which limit is next."""
     if truth is not None and (shares := truth["held"].values[truth["held"].notnull()]).size:
         ends = p.from_to([in_percent(shares.min()), in_percent(shares.max())])
         return f"90 % intervals contain the truth at {ends} of the operations, limit by limit"
@@ -177,18 +177,18 @@ def _next(last: xr.Dataset, truth: xr.Dataset | None) -> str:
 
 
 def _left(axis: Axes, predicted: xr.DataArray, standing: xr.Dataset, failure: float) -> None:
-    """Draw band and median, by when to service, the truth, and states at the foot."""
+    """Draw band, median, recommended service and truth, with states at the foot of the panel."""
     operation = standing["operation"].values
     before = operation[operation <= failure]
     low, middle, high = predicted.transpose("quantile", "asked").values
     usual = np.nanquantile(np.append(middle[np.isfinite(middle)], 1.0), 0.95)
     top = 1.25 * max(usual, (failure - before).max(initial=0.0), 1.0)
-    low, high = (np.minimum(bound, 10.0 * top) for bound in (low, high))  # goes on past the panel
+    low, high = (np.minimum(bound, 10.0 * top) for bound in (low, high))  # beyond the panel
     look = {"color": style.CORRECTED, "label": "90 % interval", "lw": 0.6, "alpha": 0.25}
     axis.fill_between(predicted["asked"].values, low, high, **look)
     look = {"lw": 1.8, "ms": 3.0, "mew": 0, "label": "median"}
     axis.plot(predicted["asked"], middle, ".-", color=style.CORRECTED, **look)
-    # Operations until the service, where one is planned and no limit exceeded yet.
+    # Operations until a planned service, until the limit is exceeded.
     ahead = np.maximum(standing["service_by"] - standing["operation"], 0.0)
     over = standing["remaining"].isel(quantile=-1) == 0.0
     service = ahead.where(np.isfinite(ahead) & ~over).values
@@ -287,7 +287,7 @@ def changes(life: xr.Dataset, truth: xr.DataArray | None = None) -> Figure:
 
 
 def _change(axis: Axes, one: xr.Dataset, name: str, truth: xr.DataArray | None) -> None:
-    """Draw band, median and truth of a parameter on an axis as large as these."""
+    """Draw band, median and truth of a parameter, and fit the axis to them."""
     color = p.OUTPUTS[name].colour
     low, middle, high = one["changed"].transpose("quantile", "asked").values
     look = {"color": color, "alpha": 0.3, "lw": 0, "label": "90 % interval"}

@@ -28,10 +28,10 @@ def pairs(
     q = len(names)
     figure = style.new_figure(1.6 * q + 0.6, 1.5 * q + 1.0)
     grid = figure.subplots(q, q, sharex="col", squeeze=False)
-    for at, axis in np.ndenumerate(grid):
-        _panel(axis, *at, case, prior, correlation[at])
-        if at[::-1] in regions:
-            axis.contour(*regions[at[::-1]], colors=style.MODEL, linewidths=(0.9, 1.5))
+    for place, axis in np.ndenumerate(grid):
+        _panel(axis, *place, case, prior, correlation[place])
+        if place[::-1] in regions:
+            axis.contour(*regions[place[::-1]], colors=style.MODEL, linewidths=(0.9, 1.5))
     _frame(grid, np.concatenate([prior, posterior, truth[None]]), names)
     low, high = np.quantile(posterior, [0.025, 0.975], axis=0)
     inside = int(((truth >= low) & (truth <= high)).sum())
@@ -77,7 +77,7 @@ def _panel(
 
 
 def _frame(grid: np.ndarray, drawn: np.ndarray, names: Sequence[str]) -> None:
-    """Give each output one range, that of all drawn; label the lowest row and first column only."""
+    """Set one range per output, of all that is drawn; label only lowest row and first column."""
     low, high = drawn.min(axis=0), drawn.max(axis=0)
     room = 0.03 * (high - low)
     last = len(names) - 1

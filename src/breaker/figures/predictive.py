@@ -1,4 +1,4 @@
-"""Curves and what the model predicts for them, before and after data (paper, Figs. 3, 8, 9)."""
+"""Curves and predictions of the prior and of posteriors (paper, Figs. 3, 8, 9)."""
 
 from typing import TYPE_CHECKING
 
@@ -14,7 +14,7 @@ from breaker.figures import style
 if TYPE_CHECKING:
     from breaker.paper.validation import PriorCheck
 
-_SHOWN = 150  # first curves of the prior, drawn one by one; more would hide each other
+_SHOWN = 150  # first curves of the prior, which are drawn singly; more would hide each other
 _BAND = {"color": style.MODEL, "lw": 0, "label": "pointwise 95 % band"}
 
 
@@ -24,8 +24,8 @@ def prior_predictive(
 ) -> Figure:
     """Draw curves of the prior with curves of the endurance test (paper, Fig. 3).
 
-    ``curves`` has ``travel (curve, time)`` in mm, ``time`` in ms; ``measured`` the same of a few
-    operations, None if nothing is measured; ``check`` compares all of them.
+    ``curves`` has ``travel (curve, time)`` in mm and ``time`` in ms. ``measured`` has the same for
+    a few operations, or is None. ``check`` compares all operations with the prior.
     """
     figure = style.new_figure(9.0, 5.8)
     axis = figure.subplots()
@@ -55,7 +55,7 @@ def prior_predictive(
 
 @style.styled
 def posterior_predictive(predictive: xr.Dataset, *, motion: str) -> Figure:
-    """Draw simulated curves and what their own posteriors predict (paper, Fig. 8).
+    """Draw simulated records and predictions of their posteriors (paper, Fig. 8).
 
     ``predictive`` has ``measured``, ``median``, ``lower`` and ``upper``, each ``(curve, time)`` in
     mm, ``share_inside (curve)``, and the attribute ``noise_sd``, mm.
@@ -73,7 +73,7 @@ def posterior_predictive(predictive: xr.Dataset, *, motion: str) -> Figure:
 
 @style.styled
 def endurance_predictive(predictive: xr.Dataset, *, motion: str) -> Figure:
-    """Draw records at stages of the life and what is predicted for them (paper, Fig. 9).
+    """Draw records at stages of the life and their predictions (paper, Fig. 9).
 
     ``predictive`` is as in :func:`posterior_predictive`, over ``stage`` instead of ``curve``, with
     ``main_motion_end`` in ms, ``p_value``, the flag ``misfit`` and ``operation``.
@@ -98,7 +98,7 @@ def endurance_predictive(predictive: xr.Dataset, *, motion: str) -> Figure:
 
 
 def _checks(data: xr.Dataset, titles: list[str]) -> Figure:
-    """Draw one panel with residuals below it for each of ``titles``, two in a row."""
+    """Draw one panel with residuals below it for each title, two panels in a row."""
     rows = -(-len(titles) // 2)
     figure = style.new_figure(11.0, 4.6 * rows + 0.9)
     places = figure.subfigures(rows, 2, squeeze=False).flat

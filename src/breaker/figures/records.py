@@ -1,4 +1,4 @@
-"""Single records: as inspected, over a reference, and with what is inferred from them."""
+"""Single records: as inspected, with a reference, and with the inferred drive."""
 
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
@@ -21,14 +21,14 @@ if TYPE_CHECKING:
     from breaker.records.table_proposal import InspectedMotion
 
 MOTIONS = {"closing": style.CORRECTED, "opening": style.AMORTISED}  # colours
-BAND = {"color": style.PRIOR, "alpha": 0.25, "lw": 0}  # of tolerances
-_MOST = 30  # operations whose posteriors are drawn
+BAND = {"color": style.PRIOR, "alpha": 0.25, "lw": 0}  # look of tolerance bands
+_MOST = 30  # most operations whose posteriors are drawn
 
 
 @style.styled
 def record(proposal: "Proposal") -> Figure:
-    """Draw a record as it was inspected: all channels and, of the first one, the speed, the first
-    two motions and the rest before them; as it stands in the file if nothing could be read.
+    """Draw a record as inspected: all channels, and the speed, the first two motions and the rest
+    position of the first channel. If no motion can be read, draw the columns of the file.
     """
     read = [checked for checked in proposal.motions if checked.record]
     name = style.literal(f"record {proposal.findings.sheet.file.name}")
@@ -51,7 +51,7 @@ def record(proposal: "Proposal") -> Figure:
         look = {"color": style.MEASURED, "lw": 1.4} if main else {"color": style.PRIOR, "lw": 0.7}
         entire.plot(channel.time, channel.sure, zorder=3 if main else 2, **look)
     duration = min(read_motion.arrives - read_motion.begins for read_motion in first)
-    half = max(2, round(0.06 * duration / one.step))  # lines through an eighth of a motion
+    half = max(2, round(0.06 * duration / one.step))  # straight lines through an eighth of a motion
     speed.plot(one.time, slope(one.sure, half, one.step), color=style.MEASURED, lw=1.0)
     for seen in first:
         _motion(entire, speed, seen)
@@ -76,7 +76,7 @@ def record(proposal: "Proposal") -> Figure:
 
 
 def _motion(entire: Axes, speed: Axes, seen: "InspectedMotion") -> None:
-    """Mark a motion, its rest positions, doubtful samples."""
+    """Mark a motion, its rest positions and doubtful samples."""
     one, colour = seen.record, MOTIONS[seen.motion]
     for axis in (entire, speed):
         label = f"{seen.motion}, to its rest"
@@ -94,7 +94,7 @@ def _motion(entire: Axes, speed: Axes, seen: "InspectedMotion") -> None:
 
 
 def _near(axis: Axes, seen: "InspectedMotion", low: float, high: float, title: str) -> None:
-    """Draw samples one by one, from so many ms after the first motion to so many."""
+    """Draw single samples from ``low`` to ``high`` ms after the first motion."""
     one = seen.record
     near = (one.time >= one.moves + low) & (one.time <= one.moves + high)
     fine, doubtful = near & (one.doubts == ""), near & (one.doubts != "")
@@ -107,14 +107,14 @@ def _near(axis: Axes, seen: "InspectedMotion", low: float, high: float, title: s
 
 
 def difference(axis: Axes, overlays: Sequence, colours: Mapping) -> None:
-    """Draw differences, their band, and where they leave it; colours by phase."""
+    """Draw differences, their tolerance band, and where they leave it; colours by phase."""
     for overlay in overlays:
         begin, phase = overlay.record.raw.moves, overlay.record.operation.phase
         axis.plot(begin + overlay.time, overlay.difference, color=colours[phase], lw=1.0)
         if overlay.leaves:
-            at, by = overlay.leaves
-            axis.axvline(begin + at, color=style.WARNING, lw=1.0, label="leaves the tolerance")
-            axis.plot(begin + at, by, "o", color=style.WARNING, ms=5, zorder=5)
+            time, value = overlay.leaves
+            axis.axvline(begin + time, color=style.WARNING, lw=1.0, label="leaves the tolerance")
+            axis.plot(begin + time, value, "o", color=style.WARNING, ms=5, zorder=5)
     band = max(overlay.band for overlay in overlays)
     axis.axhspan(-band, band, **BAND)
     axis.axhline(0.0, color=style.REFERENCE, lw=0.6)
@@ -124,11 +124,11 @@ def difference(axis: Axes, overlays: Sequence, colours: Mapping) -> None:
 
 @style.styled
 def answer(estimates: Sequence["Estimate"], prior: np.ndarray) -> Figure:
-    """Draw what one call infers of a drive: the first record of each motion with the family's
-    nearest shape and the residual, and parameters with the prior.
+    """Draw the inferred drive: the first record of each motion with the family's nearest shape and
+    the residual, and posteriors of parameters with the prior.
 
     Args:
-        estimates: Estimates, of which at least one record is usable.
+        estimates: Estimates, with at least one usable record.
         prior: Prior draws, ``(n, p)``.
     """
     usable = [estimate for estimate in estimates if not estimate.record.reason]
@@ -162,8 +162,8 @@ def _file(estimate: "Estimate") -> str:
 
 
 def _fitted(upper: Axes, lower: Axes, estimate: "Estimate", width: float) -> None:
-    """Draw a record, the nearest shape, when the contact switches, and what the shape leaves;
-    times count from the first motion, and width is inches.
+    """Draw a record, the nearest shape, the contact event, and the residual. Times count from the
+    first motion; ``width`` is in inches.
     """
     from breaker.diagnosis.curves import curve_of
     from breaker.diagnosis.words import say
@@ -178,9 +178,9 @@ def _fitted(upper: Axes, lower: Axes, estimate: "Estimate", width: float) -> Non
         upper.axvspan(low, high, color=colour, alpha=0.25, lw=0)
         upper.axvline(middle, color=colour, lw=1.2)
         y, side = (0.08, "bottom") if motion == "closing" else (0.95, "top")  # away from the curve
-        said = f"{EVENTS[motion]} at {middle:.1f} ms\n95 %: {low:.1f} to {high:.1f} ms"
+        words = f"{EVENTS[motion]} at {middle:.1f} ms\n95 %: {low:.1f} to {high:.1f} ms"
         look = {"color": colour, "ha": "right", "va": side, "transform": upper.transAxes}
-        upper.text(0.97, y, said, **look)
+        upper.text(0.97, y, words, **look)
     dots = {"color": style.MEASURED, "ms": 2, "mew": 0}
     upper.plot(*curve_of(record), "o", label="record", **dots)
     times = after + shape.duration * SHAPE_TIMES
@@ -198,16 +198,16 @@ def _fitted(upper: Axes, lower: Axes, estimate: "Estimate", width: float) -> Non
 
 
 def _densities(axis: Axes, posteriors: Mapping[str, Sequence], prior: np.ndarray) -> None:
-    """Draw densities of a parameter: of operations, and of the prior as far as it is near them."""
+    """Draw posterior densities of a parameter by operation, and the prior near them."""
     axis.set(yticks=[])
-    every = [draws for some in posteriors.values() for draws in some]
+    every = [draws for samples in posteriors.values() for draws in samples]
     low, high = np.quantile(np.concatenate(every or [prior]), [0.001, 0.999])
     wide = np.quantile(prior, [0.005, 0.995])
     low, high = max(min(wide[0], low), 2 * low - high), min(max(wide[1], high), 2 * high - low)
     axis.hist(prior, bins=40, range=(low, high), density=True, label="prior", **BAND)
-    for of, some in posteriors.items():
-        for i, draws in enumerate(some):
-            look = {"lw": 0.6 if i else 1.8, "color": MOTIONS.get(of, style.MODEL)}
-            look["label"] = f"posteriors: {of} (the first thick)"
+    for motions, samples in posteriors.items():
+        for i, draws in enumerate(samples):
+            look = {"lw": 0.6 if i else 1.8, "color": MOTIONS.get(motions, style.MODEL)}
+            look["label"] = f"posteriors: {motions} (the first thick)"
             axis.hist(draws, bins=40, range=(low, high), density=True, histtype="step", **look)
     axis.set_xlim(low, high)

@@ -1,4 +1,4 @@
-"""Figures of reports: two inspections compared, curves of a test, a type's prior."""
+"""Figures of reports: comparison of two inspections, curves of a test, prior of a type."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
@@ -27,19 +27,19 @@ if TYPE_CHECKING:
     from breaker.diagnosis.type_prior import TypePrior
 
 
-_WIDTH, _PANEL = 7.0, 2.5  # inches: text of a page of A4; 63 mm, as 60 are read with ease
-_LEAST_EXTENT, _EXTENT = 20.0, 40.0  # percent of change that an axis shows, at least and at most
+_WIDTH, _PANEL = 7.0, 2.5  # inches: width of the text of A4; height that is easy to read (63 mm)
+_LEAST_EXTENT, _EXTENT = 20.0, 40.0  # smallest and largest change that the axis shows, percent
 
 
 @style.styled
 def comparison(document: "InspectionChange") -> Figure:
     """Draw a comparison of two inspections: a row for each measured change, then for each parameter
-    that the records determine. Red changes are to the worse.
+    that the records determine. Red marks a change for the worse.
     """
-    # Warnings have names that users gave, and are shown as they are.
-    said = [style.literal(f"WARNING: {warning}") for warning in document.warnings]
-    said += map(p.spoken, document.summary)
-    headline = "\n".join(style.within(sentence, 13.3, 12.0) for sentence in said)
+    # Warnings contain names given by users, and are not changed.
+    sentences = [style.literal(f"WARNING: {warning}") for warning in document.warnings]
+    sentences += map(p.spoken, document.summary)
+    headline = "\n".join(style.within(sentence, 13.3, 12.0) for sentence in sentences)
     head = 0.19 * headline.count("\n") + 0.4  # inches
     rows = [*document.measured, *(row for row in document.inferred if row.identifiable)]
     figure = style.new_figure(13.5, head + 0.29 * (len(rows) + 2.0) + 1.0)
@@ -74,7 +74,7 @@ def comparison(document: "InspectionChange") -> Figure:
 
 
 def _change(axis: Axes, y: int, row: "QuantityChange") -> None:
-    """Draw a change with its interval, if it is in percent; the axis may end before."""
+    """Draw a change in percent with its interval; the interval may extend beyond the axis."""
     if row.shown[2] != "%":
         return
     label, colour = "no change detected", style.PRIOR
@@ -96,9 +96,9 @@ def report_page(report: "Report") -> str:
 def curves(
     panels: Sequence["Panel"], own: Mapping[str, str] = MappingProxyType({})
 ) -> Iterator[Figure]:
-    """Draw pictures of each motion of a test for a page of A4: travel with its marks; resistances,
-    coils with other contacts, and differences from a reference, where there are any. ``own`` are
-    colours of phases.
+    """Draw pictures of each motion of a test for a page of A4: travel with its marks, and, if
+    available, resistances, coils with other contacts, and differences from a reference. ``own``
+    are the user's colours of phases.
     """
     every = [estimate for panel in panels for estimate in panel.estimates]
     colours = phase_colours((estimate.record.operation.phase for estimate in every), own)
@@ -114,7 +114,7 @@ def curves(
 
 @style.styled
 def _picture(draw: Callable, title: str, drawn: Mapping[str, "Estimate"]) -> Figure:
-    """Draw one panel of a motion; an empty figure where there is nothing to draw in it."""
+    """Draw one panel of a motion; return an empty figure if it has no data."""
     figure = style.new_figure(_WIDTH, _PANEL)
     axis = figure.subplots()
     p.read_title(axis, title, _WIDTH)
@@ -135,7 +135,7 @@ def _picture(draw: Callable, title: str, drawn: Mapping[str, "Estimate"]) -> Fig
 def _travels(drawn: Mapping, colours: Mapping, overlays: Sequence, axis: Axes) -> None:
     for phase, estimate in drawn.items():
         _channel(axis, estimate, colours[phase])
-    for overlay in overlays:  # where the channel's own record would be
+    for overlay in overlays:  # shifted to the channel's record
         raw, phase = overlay.record.raw, overlay.record.operation.phase
         sign = 1.0 if overlay.record.motion == "closing" else -1.0
         travel = raw.segment.before + sign * overlay.good
@@ -154,14 +154,14 @@ def _resistances(drawn: Mapping, colours: Mapping, _: Sequence, axis: Axes) -> N
 
 
 def _signals(drawn: Mapping, colours: Mapping, _: Sequence, axis: Axes) -> None:
-    """Draw coils and contacts as shares of their ranges; none that is constant or a resistance."""
+    """Draw coils and contacts as shares of their ranges, without constant ones and resistances."""
     for phase, estimate in drawn.items():
         raw, time = estimate.record.raw, _curve(estimate)[0]
         looks = {"trigger": ("coil", "-")}
         looks |= {"contact": ("contact", "--")} if np.isnan(raw.resistance).all() else {}
         for kind in (name for name in looks if name in raw.currents.channels):
             values = np.interp(time, raw.time, raw.currents.channels[kind])
-            seen = values[np.isfinite(values)]  # none of a column that is empty here
+            seen = values[np.isfinite(values)]  # empty for an empty column
             if seen.size and np.ptp(seen) > 0.0:
                 (word, ls), share = looks[kind], (values - seen.min()) / np.ptp(seen)
                 look = {"color": colours[phase], "lw": 1.0, "ls": ls}
@@ -187,14 +187,14 @@ def _name(phase: str) -> str:
 
 
 def _curve(estimate: "Estimate") -> tuple[np.ndarray, np.ndarray]:
-    """Return times of the file and travel, from the trigger on with some of the rest before it."""
+    """Return times of the file and travel, from shortly before the trigger on."""
     raw = estimate.record.raw
     time, travel = curve_of(estimate.record, 1.1 * (estimate.contact.trigger - raw.moves))
     return time + raw.moves, travel
 
 
 def _channel(axis: Axes, estimate: "Estimate", colour: str) -> None:
-    """Draw the travel of a channel with what is read off it."""
+    """Draw the travel of a channel with its events, speed zone and rest positions."""
     record, raw, contact = estimate.record, estimate.record.raw, estimate.contact
     (time, travel), zone = _curve(estimate), speed_zone(estimate)
     known, closes = np.isfinite(travel), record.motion == "closing"
@@ -204,10 +204,10 @@ def _channel(axis: Axes, estimate: "Estimate", colour: str) -> None:
     moves = np.nan if raw.reading.start_hidden else raw.moves
     triangle, circle = {"marker": "v", "ms": 6}, {"marker": "o", "ms": 5, "mfc": face}
     marks = [(moves, "first detected motion", triangle), (contact.time, event, circle)]
-    marks += [(at, "ends of the speed zone", {"marker": "s", "ms": 3}) for at in zone]
-    for at, label, look in marks:
-        level = np.interp(at, time[known], travel[known])
-        axis.plot(at, level, color=colour, ls="", zorder=4, label=label, **look)
+    marks += [(end, "ends of the speed zone", {"marker": "s", "ms": 3}) for end in zone]
+    for instant, label, look in marks:
+        level = np.interp(instant, time[known], travel[known])
+        axis.plot(instant, level, color=colour, ls="", zorder=4, label=label, **look)
     for level in (raw.segment.before, raw.segment.after):
         axis.axhline(level, color=colour, lw=0.6, ls="--", zorder=1, label="rest positions")
 

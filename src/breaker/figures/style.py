@@ -1,6 +1,6 @@
-"""The one style of all figures: sizes, colours, fonts, titles, and figures on their way to a file.
+"""Style of all figures: sizes, colours, fonts and titles; and functions that write a figure.
 
-Figures are made without pyplot, so nothing is kept open and no window system is asked for.
+Figures are made without pyplot, so no figure stays open and no window system is needed.
 """
 
 import logging
@@ -23,13 +23,13 @@ from PIL import Image
 
 from breaker.common.text import visible_text
 
-MEASURED = "#000000"  # what was measured, and the truth of a simulation
-MODEL = "#33486B"  # what the model predicts
+MEASURED = "#000000"  # measurements, and the truth of a simulation
+MODEL = "#33486B"  # predictions of the model
 PRIOR = "#9A9A9A"
 REFERENCE = "#404040"  # diagonals, zero lines, limits
-WARNING = "#B2182B"  # what is worse, or wrong; never what merely changed
-AMORTISED = "#D98C21"  # posterior by the network alone, and the opening
-CORRECTED = "#2166AC"  # posterior corrected to the exact one, and the closing
+WARNING = "#B2182B"  # worse or wrong; never a change without a judgement
+AMORTISED = "#D98C21"  # posterior of the network, and the opening
+CORRECTED = "#2166AC"  # posterior after exact correction, and the closing
 SERVICE = "#8A4B00"
 CHANGED = "#7A35D0"
 
@@ -37,7 +37,7 @@ TIME = "time (ms)"
 TRAVEL = "travel (mm)"
 
 OWN_FONT = "DejaVu Sans"
-"""Comes with matplotlib: the same on every machine. Has Latin, Greek, Cyrillic, Arabic letters."""
+"""Font of matplotlib, the same on all machines, with Latin, Greek, Cyrillic and Arabic letters."""
 
 OTHER_FONTS = (
     *("Noto Sans", "Noto Sans CJK SC", "Noto Sans CJK JP", "Noto Sans CJK KR", "Noto Sans SC"),
@@ -45,7 +45,7 @@ OTHER_FONTS = (
     *("PingFang SC", "Hiragino Sans", "Arial Unicode MS", "IPAGothic", "Yu Gothic", "MS Gothic"),
     *("Malgun Gothic", "NanumGothic", "Noto Sans Hebrew", "Noto Sans Thai", "Noto Sans Symbols"),
 )
-"""Families that have what ``OWN_FONT`` lacks, where a machine has them."""
+"""Fonts for letters that ``OWN_FONT`` lacks, if a machine has them."""
 
 _LACKS = r"(?s)Glyph .* missing from"
 _BOXES = (
@@ -75,8 +75,8 @@ _SETTINGS = {
     "figure.constrained_layout.h_pad": 0.06,
     "figure.constrained_layout.w_pad": 0.06,
 }
-# Mean width of a letter of DejaVu Sans is 0.58 of its size, so 125 letters of 1 pt take an inch;
-# bold ones are a tenth wider.
+# The mean width of a letter of DejaVu Sans is 0.58 of its size, so an inch takes 125 letters of
+# 1 pt; bold letters are a tenth wider.
 _LETTERS = 125.0
 
 P = ParamSpec("P")
@@ -84,7 +84,7 @@ P = ParamSpec("P")
 
 @contextmanager
 def _settings() -> Iterator[None]:
-    """Draw in the project's style; an error in the log says that no font has a sign."""
+    """Draw in the project's style; log an error if no font has a character."""
     there = {font.name for font in fontManager.ttflist}
     fonts = [OWN_FONT, *(font for font in OTHER_FONTS if font in there)]
     with mpl.rc_context(), warnings.catch_warnings(record=True) as caught:
@@ -97,28 +97,28 @@ def _settings() -> Iterator[None]:
 
 
 def styled(draw: Callable[P, Figure]) -> Callable[P, Figure]:
-    """Make a figure function work in the project's style and leave the settings as they were."""
+    """Make a figure function use the project's style, and then restore matplotlib's settings."""
 
     @wraps(draw)
     def wrapper(*args: P.args, **kwargs: P.kwargs) -> Figure:
         with _settings():
-            warnings.filterwarnings("ignore", _LACKS)  # they come again as the file is written
+            warnings.filterwarnings("ignore", _LACKS)  # repeated when the file is written
             figure = draw(*args, **kwargs)
             if figure.axes:
                 figure.get_layout_engine().execute(figure)
-            figure.set_layout_engine(None)  # to find it at each drawing takes a third of the time
+            figure.set_layout_engine(None)  # computed once: it takes a third of each drawing
         return figure
 
     return wrapper
 
 
 def new_figure(width: float, height: float) -> Figure:
-    """Return an empty figure, size in inches, that lays itself out without overlaps."""
+    """Return an empty figure with a size in inches and a layout without overlaps."""
     return Figure(figsize=(width, height), layout="constrained")
 
 
 def title(figure: Figure, finding: str, about: str = "", *, failed: bool = False) -> None:
-    """Write what was found above a figure, red if that is a failure, and below what is shown."""
+    """Write the finding above a figure, red for a failure, and below it what the figure shows."""
     width = figure.get_figwidth()
     others = within(about, width, 10.0)
     room = int(np.ceil(1.2 * 10.0 / 14.0 * len(others.splitlines())))  # lines of the larger letters
@@ -129,24 +129,24 @@ def title(figure: Figure, finding: str, about: str = "", *, failed: bool = False
 
 
 def within(text: str, width: float, size: float = 11.0) -> str:
-    """Return a text in lines that are not wider than inches, its letters of so many pt."""
+    """Return a text in lines of at most ``width`` inches, in letters of ``size`` pt."""
     letters = max(10, int(_LETTERS * width / size))
     return "\n".join(line for part in text.splitlines() for line in wrap(part, letters))
 
 
 def literal(text: object) -> str:
-    """Return a text on one line, without mathematics and signs that are not seen."""
+    """Return a text on one line, without mathematics and invisible characters."""
     return visible_text(" ".join(str(text).splitlines())).replace("$", r"\$")
 
 
 def shortened(text: str, most: int) -> str:
-    """Return the first and last letters of a text that has more than so many."""
+    """Return the first and last letters of a text with more than ``most`` letters."""
     half = most // 2
     return text if len(text) <= most else f"{text[: half - 1]}…{text[-half:]}"
 
 
 def encoded(figure: Figure, form: str) -> bytes:
-    """Return a file of a format, such as "png", without its date."""
+    """Return the bytes of a figure in a format, such as "png", without a date."""
     date = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}.get(form)
     file = BytesIO()
     with _settings():
@@ -155,6 +155,6 @@ def encoded(figure: Figure, form: str) -> bytes:
 
 
 def save(figure: Figure, path: str | Path) -> None:
-    """Write a figure as PNG of 256 colours, a third of the size."""
+    """Write a figure as PNG of 256 colours, which takes a third of the bytes."""
     with Image.open(BytesIO(encoded(figure, "png"))) as picture:
         picture.convert("RGB").quantize(256, dither=Image.Dither.NONE).save(path, optimize=True)

@@ -1,4 +1,4 @@
-"""How a training went, and how many solver steps its posterior needs (paper, Sec. 4)."""
+"""Course of a training, and the solver steps that its posterior needs (paper, Sec. 4)."""
 
 from collections.abc import Mapping
 
@@ -15,11 +15,11 @@ from breaker.figures import style
 def loss(history: xr.Dataset, solver: xr.Dataset, *, motion: str) -> Figure:
     """Draw training loss, validation, learning rate, and the convergence in solver steps.
 
-    A flow with a solver is trained on a loss with a scale of its own, in a panel of its own; any
-    other on its negative log density, the scale of the validation, and both are in one panel.
+    The training loss of a flow with a solver has another scale than the validation, and is in a
+    separate panel. Other networks train on the negative log density, as in the validation.
 
-    ``history`` has the losses, nats per curve; ``solver`` the differences from the finest solution
-    and the chosen numbers of steps, or only the attribute ``solves``, 0 for a network without one.
+    ``history`` has the losses, nats per curve. ``solver`` has the differences from the finest
+    solution and the chosen numbers of steps, or only the attribute ``solves`` = 0 without a solver.
     """
     if solver.attrs["solves"]:
         figure = style.new_figure(11.5, 7.0)
@@ -58,19 +58,19 @@ def _training(axis: Axes, history: xr.Dataset) -> None:
     values = history["training_loss"].values
     label = "training, one batch, weights of the moment"
     axis.plot(history["step"], values, color=style.PRIOR, lw=0.6, label=label)
-    # The first steps, from far away, would dwarf all that follows.
+    # The large losses of the first steps are outside the axis.
     shown = values[min(values.size - 1, values.size // 20) :]
     room = 0.05 * np.ptp(shown)
     axis.set_ylim(shown.min() - room, shown.max() + room)
 
 
 def _validation(axis: Axes, history: xr.Dataset) -> None:
-    """Draw the validation, on an axis that reaches at least as far as it did before."""
+    """Draw the validation, on an axis that keeps at least its present range."""
     low, high = axis.get_ylim() if axis.lines else (np.inf, -np.inf)
-    values, at = history["validation_loss"].values, history["evaluation_step"].values
-    axis.plot(at, values, "o-", color=style.MODEL, ms=3, label="validation curves, EMA weights")
+    values, steps = history["validation_loss"].values, history["evaluation_step"].values
+    axis.plot(steps, values, "o-", color=style.MODEL, ms=3, label="validation curves, EMA weights")
     best = int(history.attrs["best_step"])
-    value = values[at == best][0]
+    value = values[steps == best][0]
     axis.plot(best, value, "*", color=style.CORRECTED, ms=13, label=f"best, kept: {value:.3f}")
     loss, error = -history.attrs["held_out_log_density"], history.attrs["held_out_log_density_se"]
     axis.axhspan(loss - error, loss + error, color=style.PRIOR, alpha=0.4, lw=0)
@@ -84,7 +84,7 @@ def _validation(axis: Axes, history: xr.Dataset) -> None:
 
 
 def _convergence(axis: Axes, solver: xr.Dataset, lines: Mapping, chosen: str, unit: str) -> None:
-    """Draw differences from the finest solution over the steps, and the number that is chosen."""
+    """Draw differences from the finest solution over the steps, and the chosen number of steps."""
     steps = solver["solver_steps"].values
     for name, (marker, label) in lines.items():
         values = solver[f"{name}_difference"].values

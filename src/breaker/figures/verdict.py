@@ -1,4 +1,4 @@
-"""The picture of the first page: what to do, how near each limit is, and what follows."""
+"""Picture of the first page: recommended action, and distance and state of each limit."""
 
 from collections.abc import Sequence
 from textwrap import fill
@@ -15,16 +15,16 @@ from breaker.figures import style
 
 @style.styled
 def verdict(life: xr.Dataset, standing: xr.Dataset, sentences: Sequence[str]) -> Figure:
-    """Draw one row per limit, after the last operation: its nearness, its state, and what to do.
+    """Draw one row per limit after the last operation: its progress, its state, and the action.
 
-    Above stand ``sentences``: first what to do, then others. The data are those of ``life``.
+    ``sentences`` are printed above: first the action, then others. Data are as in ``life``.
     """
-    now, (ways, parts) = standing.isel(operation=-1), _ways(life.isel(asked=-1))
-    # A number is in one line with its sign of percent.
+    now, (progresses, parts) = standing.isel(operation=-1), _progress_of(life.isel(asked=-1))
+    # A non-breaking space keeps a number and its percent sign on one line.
     action, *others = (p.spoken(sentence).replace(" %", "\u00a0%") for sentence in sentences)
     action, others = fill(action, 115), "\n".join(fill(other, 175) for other in others)
     head = 0.22 * (action.count("\n") + 1) + 0.17 * (others.count("\n") + 1) + 0.4  # inches
-    body = 0.82 * len(ways) + 0.55
+    body = 0.82 * len(progresses) + 0.55
     figure = style.new_figure(13.6, head + body)
     above, below = figure.subfigures(2, 1, height_ratios=[head, body])
     states = list(p.STATES)
@@ -32,13 +32,13 @@ def verdict(life: xr.Dataset, standing: xr.Dataset, sentences: Sequence[str]) ->
     above.text(0.01, 1.0 - 0.1 / head, action, va="top", fontsize=13, **look)
     above.text(0.01, 0.12 / head, others, va="bottom", fontsize=10)
     axis = below.subplots()
-    high = ways[np.isfinite(ways)].max(initial=0.0) + 5.0
+    high = progresses[np.isfinite(progresses)].max(initial=0.0) + 5.0
     axis.set_xlim(-20.0, float(np.clip(high, 130.0, 220.0)))
     labels, words = [], []
-    for row, (way, part) in enumerate(zip(ways, parts, strict=True)):
+    for row, (progress, part) in enumerate(zip(progresses, parts, strict=True)):
         one, state = now.isel(limit=row), states[now["state"].values[row]]
-        _way(axis, row, way, p.STATES[state])
-        _values(axis, row, way, life.isel(asked=-1, part=part))
+        _draw_progress(axis, row, progress, p.STATES[state])
+        _values(axis, row, progress, life.isel(asked=-1, part=part))
         limit = fill(p.spoken(life["words"].values[row]), 38)
         labels.append(f"{p.spoken(life['limit'].values[row])}\n{limit}")
         words.append((_words(state, one), p.STATES[state]))
@@ -53,44 +53,44 @@ def verdict(life: xr.Dataset, standing: xr.Dataset, sentences: Sequence[str]) ->
     return figure
 
 
-def _ways(life: xr.Dataset) -> tuple[np.ndarray, np.ndarray]:
-    """Return how near each limit is ``(limit, quantile)``: 0 when new, 100 at the limit, inf where
-    it was passed when new; and the part of each that counts, the one farthest from its bound.
+def _progress_of(life: xr.Dataset) -> tuple[np.ndarray, np.ndarray]:
+    """Return the progress to each limit, ``(limit, quantile)``: 0 when new, 100 at the limit, inf
+    if exceeded when new; and the decisive part of each limit, the farthest from its bound.
     """
     new, whole = life["new"].values, life["part_bound"].values - life["new"].values
     ahead = np.where(life["part_upper"], whole, -whole) > 0.0
     gone = life["value"].transpose("part", "quantile").values - new[:, None]
-    ways = np.sort(100.0 * gone / np.where(ahead, whole, np.nan)[:, None], axis=1)
-    ways[~ahead] = np.inf
+    progresses = np.sort(100.0 * gone / np.where(ahead, whole, np.nan)[:, None], axis=1)
+    progresses[~ahead] = np.inf
     every = [np.flatnonzero(life["part_limit"].values == name) for name in life["limit"].values]
-    parts = np.array([rows[ways[rows, 1].argmin()] for rows in every], dtype=int)
-    return ways[parts], parts
+    parts = np.array([rows[progresses[rows, 1].argmin()] for rows in every], dtype=int)
+    return progresses[parts], parts
 
 
-def _known(way: np.ndarray) -> bool:
-    """Whether a way is less wide than all of it, or begun for sure and past the limit."""
-    past = way[1] >= 100.0 and way[0] > 0.0
-    return bool(np.isfinite(way).all() and (way[2] - way[0] <= 100.0 or past))
+def _known(progress: np.ndarray) -> bool:
+    """Return whether an interval of progress is narrower than 100, or surely past the limit."""
+    past = progress[1] >= 100.0 and progress[0] > 0.0
+    return bool(np.isfinite(progress).all() and (progress[2] - progress[0] <= 100.0 or past))
 
 
-def _way(axis: Axes, row: int, way: np.ndarray, colour: str) -> None:
-    """Draw a way with its interval, as far as the axis reaches, if it is known well enough."""
+def _draw_progress(axis: Axes, row: int, progress: np.ndarray, colour: str) -> None:
+    """Draw a progress with its interval, clipped to the axis, if it is known well enough."""
     axis.barh(row, 100.0, 0.26, color=style.PRIOR, alpha=0.28, lw=0)
-    if not _known(way):
-        words = "beyond the limit when new" if np.isinf(way[0]) else "not known well enough"
+    if not _known(progress):
+        words = "beyond the limit when new" if np.isinf(progress[0]) else "not known well enough"
         axis.text(50.0, row, words, ha="center", va="center", color=style.REFERENCE)
         return
-    low, middle, high = np.clip(way, *axis.get_xlim())
+    low, middle, high = np.clip(progress, *axis.get_xlim())
     axis.barh(row, middle, 0.26, color=colour, alpha=0.35, lw=0)
     axis.hlines(row, low, high, color=colour, lw=4)
-    for shown, value, marker in zip((low, middle, high), way, "<o>", strict=True):
+    for shown, value, marker in zip((low, middle, high), progress, "<o>", strict=True):
         if (marker == "o") == (shown == value):
             look = {"mec": "white", "ms": 11, "clip_on": False, "zorder": 3}
             axis.plot(shown, row, marker, color=colour, **look)
 
 
-def _values(axis: Axes, row: int, way: np.ndarray, part: xr.Dataset) -> None:
-    """Write the values when new, now, and at the limit, in their unit."""
+def _values(axis: Axes, row: int, progress: np.ndarray, part: xr.Dataset) -> None:
+    """Write the values when new, now and at the limit, with their unit."""
     values, unit = (part["new"].item(), part["part_bound"].item()), part["part_unit"].item()
     new, bound, low, middle, high = (
         p.signed(in_digits(number, 3, sign=bool(number)) if unit == "%" else in_digits(number, 4))
@@ -100,15 +100,15 @@ def _values(axis: Axes, row: int, way: np.ndarray, part: xr.Dataset) -> None:
     place = {"textcoords": "offset points", "ha": "center"}
     for x, text in ((0.0, f"new {new}{unit}"), (100.0, f"limit {bound}{unit}")):
         axis.annotate(text, (x, row), xytext=(0, -11), va="top", fontsize=9, **place)
-    if _known(way):
+    if _known(progress):
         least, most = axis.get_xlim()
-        room = 0.17 * (most - least)  # that half of the text takes
-        at = float(np.clip(way[1], least + room, most - room))
-        axis.annotate(f"now {middle}{unit} ({low} to {high})", (at, row), xytext=(0, 10), **place)
+        room = 0.17 * (most - least)  # half the width of the text
+        x = float(np.clip(progress[1], least + room, most - room))
+        axis.annotate(f"now {middle}{unit} ({low} to {high})", (x, row), xytext=(0, 10), **place)
 
 
 def _words(state: str, one: xr.Dataset) -> str:
-    """Return what to do about a limit, then why, how sure, and since when."""
+    """Return the action for a limit, with its reason, its probability, and its start."""
     low, middle, high = one["remaining"].values
     names = ("service_by", "recommended_since", "certain")
     by, since, certain = (one[name].item() for name in names)
