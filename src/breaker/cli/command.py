@@ -1,4 +1,4 @@
-"""The command `breaker` as a whole: its commands, its errors and its exit status."""
+"""The command `breaker`: its commands, errors and exit status."""
 
 import argparse
 import gc
@@ -20,18 +20,18 @@ _EXTRAS = {"torch": "networks", "xarray": "stores", "zarr": "stores", "pandas": 
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command, and return its exit status: 0; 1 if it failed; 130 if it was interrupted;
-    141 if the reader of its output left.
+    """Run the command, and return its exit status: 0; 1 if it failed; 130 if interrupted; 141 if
+    the reader of its output closed the pipe.
     """
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
-            stream.reconfigure(errors="replace")  # letters that the terminal lacks
-    set_threads(1)  # records are small, and inferred one by one: more threads wait for each other
+            stream.reconfigure(errors="replace")  # characters that the terminal lacks
+    set_threads(1)  # records are small and inferred singly: more threads would only wait
     arguments = sys.argv[1:] if arguments is None else arguments
     options = parser(arguments[:1]).parse_args(arguments)
     if not sys.stderr.isatty():
-        os.environ.setdefault("TQDM_DISABLE", "1")  # progress is for who waits on a terminal
-    logging.getLogger("breaker").setLevel(logging.ERROR)  # answers state reasons of warnings
+        os.environ.setdefault("TQDM_DISABLE", "1")  # progress bars only on a terminal
+    logging.getLogger("breaker").setLevel(logging.ERROR)  # results state reasons of warnings
     try:
         status = options.run(options)
         sys.stdout.flush()
@@ -40,7 +40,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         say("breaker: interrupted", on_stderr=True)
         return 130
     except BrokenPipeError:
-        # Python flushes the output once more as it ends: send what is left to nowhere.
+        # Python flushes the output again at its end: redirect the rest to devnull.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 141
     except ModuleNotFoundError as error:
@@ -55,13 +55,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def run() -> int:
-    """Run the command as a process of its own."""
-    gc.disable()  # garbage collection takes a third of the time of a first answer
+    """Run the command as the main function of a process."""
+    gc.disable()  # garbage collection takes a third of the time of a first command
     return main()
 
 
 def parser(named: Sequence[str] = ()) -> argparse.ArgumentParser:
-    """Return the parser of the command that is named first, or of all if none is."""
+    """Return the parser of the commands in ``named``, or of all if it has none."""
     what = "From a breaker's travel curve to the state of its drive."
     made = argparse.ArgumentParser(prog="breaker", description=what)
     made.add_argument("--version", action="version", version=f"breaker {__version__}")

@@ -32,7 +32,7 @@ def run(options: argparse.Namespace) -> int:
     config = inputs.settings_of(options.config)
     if config["known"]:
         raise ValueError("breaker compare takes records alone; leave the section known out")
-    # Imported here, so that --help and wrong options answer at once.
+    # Imported here, so that --help and errors of options appear at once.
     from breaker.common.document import text_of
     from breaker.common.plain_values import to_json
     from breaker.configuration.definitions import types_of
@@ -46,9 +46,10 @@ def run(options: argparse.Namespace) -> int:
     limits = inputs.limits_of(config, options.config)
     both = Diagnosis(config, limits, types=types, same_transducer=options.same_transducer)
     for name, files in (("before", options.before), ("today", options.today)):
-        own = Diagnosis(config, types=types).of_files(files, choice, opened, options.type)
-        inspections[name], stated = own.records, own.type
-        doubts += [] if options.phase or options.channel else phases_left_out(own.records, opened)
+        single = Diagnosis(config, types=types).of_files(files, choice, opened, options.type)
+        inspections[name], stated = single.records, single.type
+        if not (options.phase or options.channel):
+            doubts += phases_left_out(single.records, opened)
     _check_inspections(inspections)
     both = both.of_type(stated) if stated else both
     document = compare_inspections(both, inspections)
@@ -65,11 +66,11 @@ def run(options: argparse.Namespace) -> int:
 
 def _check_inspections(inspections: Mapping[str, Sequence]) -> None:
     """Refuse inspections that share a file, or whose tables name different breakers."""
-    of = [[record.operation for record in inspection] for inspection in inspections.values()]
-    first, second = ({os.path.realpath(op.file) for op in inspection} for inspection in of)
-    if both := sorted(first & second):
-        raise ValueError(f"{both[0]} is named in both inspections; leave it out of one of them")
-    first, second = ({op.breaker for op in inspection} for inspection in of)
+    both = [[record.operation for record in inspection] for inspection in inspections.values()]
+    first, second = ({os.path.realpath(op.file) for op in operations} for operations in both)
+    if shared := sorted(first & second):
+        raise ValueError(f"{shared[0]} is named in both inspections; leave it out of one of them")
+    first, second = ({op.breaker for op in operations} for operations in both)
     if not (first & second or "" in first | second):
         what = f"breaker {', '.join(first)}, that of the later one of {', '.join(second)}"
         raise ValueError(f"the table of the earlier inspection is of {what}; compare one drive")

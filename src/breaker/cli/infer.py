@@ -38,14 +38,14 @@ def _fact(text: str) -> tuple[str, list[float]]:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Infer and judge, write what is asked for, and print the answer."""
+    """Infer and judge, write the requested files, and print the result."""
     check_outputs([(options.output, "table"), (options.plot, "picture")])
     config = inputs.settings_of(options.config)
     if options.known:
         config = merge(config, {"known": dict(options.known)})
         check(config, source="--known", curves=False)
     limits = inputs.limits_of(config, options.config)
-    # Imported here, so that --help and wrong options answer at once.
+    # Imported here, so that --help and errors of options appear at once.
     from breaker.common.document import text_of
     from breaker.common.plain_values import note_of, to_json
     from breaker.configuration.definitions import types_of
@@ -59,22 +59,22 @@ def run(options: argparse.Namespace) -> int:
     diagnosis = diagnosis.of_files(options.files, choice, of_type=options.type)
     words = [words_for("own-prior")] if given.prior else []
     asked = diagnosis.limits_on(diagnosis.estimates, choice.motions)
-    if apart := dict.fromkeys(e.pair or e.name for e in asked if e.of == "change"):
-        words.append(words_for("limits-of-change", names=", ".join(apart)))
+    if names := dict.fromkeys(e.pair or e.name for e in asked if e.of == "change"):
+        words.append(words_for("limits-of-change", names=", ".join(names)))
     content = {**diagnosis.result, "remarks": [*map(note_of, words)]}
     rejected = [record for record in content["records"] if not record["accepted"]]
     nothing = len(rejected) == len(content["records"])
     written = [] if nothing else _write(diagnosis, content, options)
     say(to_json(content) if options.json else text_of(document_of(content)))
     if rejected:
-        said = "nothing was inferred" if nothing else f"rejected records: {len(rejected)}"
-        say(f"breaker: {said}", on_stderr=True)
+        text = "nothing was inferred" if nothing else f"rejected records: {len(rejected)}"
+        say(f"breaker: {text}", on_stderr=True)
     say_written(written, options.json)
     return int(nothing)
 
 
 def _families(model: str | None) -> Callable[[], Iterable]:
-    """Return what opens the networks of families."""
+    """Return a function that opens the networks of families."""
     from breaker.family.networks import StateNetwork, open_network, shipped_levels
 
     if model is None:
@@ -86,7 +86,7 @@ def _families(model: str | None) -> Callable[[], Iterable]:
 
 
 def _write(diagnosis, content, options: argparse.Namespace) -> list[str]:
-    """Write what the options ask for, and return what was written, in words."""
+    """Write the files of the options, and return sentences on them."""
     written = []
     if options.output:
         from breaker.diagnosis.result import csv_of

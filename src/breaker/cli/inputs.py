@@ -1,4 +1,4 @@
-"""What commands have in common: their configuration, and options that several of them have."""
+"""Common parts of commands: their configuration, and options of several commands."""
 
 import argparse
 from collections.abc import Mapping, Sequence
@@ -7,25 +7,27 @@ from pathlib import Path
 from breaker.configuration.loading import defaults, load, read
 from breaker.model.parameters import MOTIONS
 
-# The workflow's configuration in a project's folder; the second is laid over the first.
+# The workflow's configuration in a project's folder; the second file overrides the first.
 ADVANCED, PROJECT = Path("config/advanced.yaml"), Path("config/config.yaml")
 
 SEVERAL = {"nargs": "+", "action": "extend", "default": []}
-"""Settings of an option that takes several values, and may be given several times."""
+"""Settings of an option that takes several values, and may occur several times."""
 
 
 def settings_of(overlays: Sequence[str]) -> dict:
-    """Return the configuration: overlays over that of the folder, or over the shipped defaults.
+    """Return the configuration: overlays over the folder's files, or over the shipped defaults.
 
-    The defaults alone are not checked: tests do that, and it takes a tenth of the first answer.
+    Unchanged defaults are not checked: tests check them, and a check takes a tenth of a command.
     """
     own = [ADVANCED] * ADVANCED.exists() + [PROJECT] if PROJECT.exists() else []
     files = [*own, *overlays]
-    return load(files, curves=False) if files else defaults()  # commands name records themselves
+    return load(files, curves=False) if files else defaults()  # arguments name the records
 
 
 def limits_of(config: Mapping, overlays: Sequence[str]) -> list:
-    """Return the limits of the drive: the shipped ones are an example, and count only by name."""
+    """Return the limits of the drive. The shipped limits, an example, count only if an overlay has
+    the section.
+    """
     named = any("limits" in read(path) for path in overlays)
     return config["limits"] if named or config["limits"] != defaults()["limits"] else []
 

@@ -46,13 +46,13 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _refuse(options: argparse.Namespace, names: Sequence[str], why: str) -> None:
-    """Refuse options that do not fit what the command is asked about."""
+    """Refuse options that do not fit the file or folder."""
     if given := [name for name in names if getattr(options, name)]:
         raise ValueError(f"--{given[0]} {why}; leave it out, or name a file or folder that fits")
 
 
 def _look_into(options: argparse.Namespace, config: Mapping) -> int:
-    """Propose how to read a file; the status is 1 where no motion can be read."""
+    """Propose how to read a file; return the status, 1 if no motion can be read."""
     from breaker.common.document import text_of
     from breaker.records.proposal import inspect_file, overlay_of, words_of
 
@@ -74,7 +74,7 @@ def _look_into(options: argparse.Namespace, config: Mapping) -> int:
 
 
 def _check(folder: str, config: Mapping) -> int:
-    """Read the records of a folder as the workflow will, and print what becomes of them."""
+    """Read the records of a folder as in the workflow, and print which are accepted."""
     from breaker.common.document import text_of
     from breaker.records.acceptance import check_folder, document_of
 
@@ -90,7 +90,7 @@ def _check(folder: str, config: Mapping) -> int:
 
 
 def _propose(options: argparse.Namespace, config: Mapping) -> int:
-    """Propose the table of a folder. What to check in it is printed beside it."""
+    """Propose the table of a folder, and print remarks on entries to check."""
     from breaker.records.description import describe_file
     from breaker.records.files import Opened
     from breaker.records.settings import FORMAT
@@ -98,9 +98,9 @@ def _propose(options: argparse.Namespace, config: Mapping) -> int:
 
     def look(file: Opened, line: int) -> Description:
         seen = describe_file(file, line)
-        # What the configuration states goes before what is seen.
-        own = options.channels or config["endurance"]["format"] != FORMAT
-        return seen._replace(settings={}, sure=True, reason="") if own else seen
+        # The configuration overrides settings that are found in the file.
+        stated = options.channels or config["endurance"]["format"] != FORMAT
+        return seen._replace(settings={}, sure=True, reason="") if stated else seen
 
     asked = options.file, options.channels, config["motions"]
     text, remarks = propose_manifest(*asked, look)

@@ -1,4 +1,4 @@
-"""Write the files of commands: completely or not at all, and never over a file of the user."""
+"""Write the files of commands: completely or not at all, and never over work of the user."""
 
 import os
 from collections.abc import Iterable, Sequence
@@ -7,8 +7,8 @@ from pathlib import Path
 from breaker.common.text import say
 
 _ENDINGS = {"picture": (".png", ".pdf", ".svg", ".jpg", ".jpeg"), "report": (".html",)}
-# Words near the beginning of each kind of output. A file of lines, such as a configuration or a
-# table of operations, may hold work of the user and is never replaced.
+# Bytes near the beginning of each kind of output. A file of lines, such as a configuration or a
+# table of operations, may contain work of the user and is never replaced.
 _MARKS = {
     "picture": (b"\x89PNG", b"%PDF", b"<svg", b"\xff\xd8\xff"),
     "report": (b'content="breaker report"',),
@@ -24,7 +24,7 @@ def check_outputs(wanted: Sequence[tuple[str | None, str]]) -> None:
         wanted: Name, or None, and kind of each output: "table", "picture", "report" or "lines".
 
     Raises:
-        OSError, ValueError: With the remedy.
+        OSError, ValueError: If an output is refused; the message states the remedy.
     """
     for name, kind in wanted:
         if name is None:
@@ -50,7 +50,7 @@ def _is_own(target: Path, kind: str) -> bool:
 
 
 def write(name: str, content: bytes) -> None:
-    """Write a file under a temporary name, then give it its own."""
+    """Write a file under a temporary name, then rename it."""
     target = Path(os.path.realpath(name))  # a link stays a link
     part = target.with_name(f".breaker-{os.getpid()}.part")
     try:
@@ -78,6 +78,6 @@ def draw(figure, name: str) -> str:
 
 
 def say_written(written: Iterable[str], as_json: bool = False) -> None:
-    """Print what was written, last: on stderr beside a JSON document."""
+    """Print sentences on written files, on stderr if stdout has a JSON document."""
     for text in written:
         say(text, on_stderr=as_json)

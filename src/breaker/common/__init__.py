@@ -1,1 +1,1 @@
-"""Documents, stores, model files, random numbers, numbers in words: nothing knows of breakers."""
+"""Documents, stores, model files, random numbers and texts, independent of breakers."""

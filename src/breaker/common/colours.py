@@ -1,4 +1,4 @@
-"""Colours of phases: those by which engineers know them."""
+"""Colours of phases, as engineers know them."""
 
 from collections.abc import Iterable, Mapping
 from itertools import cycle
@@ -15,8 +15,8 @@ _OTHERS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 def phase_colours(
     names: Iterable[str], own: Mapping[str, str] = MappingProxyType({})
 ) -> dict[str, str]:
-    """Return the colour of each phase: the user's ``own``, or that of its letter if all are of one
-    system, else any.
+    """Return the colour of each phase: the user's ``own``, or the usual colour if all names are of
+    one system, else any colour.
 
     >>> phase_colours(["L2", "L1"], {"L1": "#112233"})
     {'L2': '#000000', 'L1': '#112233'}

@@ -1,7 +1,7 @@
-"""Numpy and numba, each loaded when it is first used, and the number of threads.
+"""Numpy and numba, loaded at first use, and the number of threads.
 
-Inner loops are compiled by numba if it is installed, and else run as they are. A division by zero
-gives inf or nan everywhere, as in numpy.
+Numba compiles inner loops if it is installed; otherwise they run in Python. A division by zero
+gives inf or nan in both, as in numpy.
 """
 
 import os
@@ -10,14 +10,14 @@ from collections.abc import Callable
 from functools import cached_property, update_wrapper, wraps
 from typing import TYPE_CHECKING, Any
 
-_PLAIN = 300_000  # elements, with which plain Python takes less time than numba to load
+_PLAIN = 300_000  # elements that plain Python processes in the time that numba takes to load
 
 
 class _Numpy:
     def __getattr__(self, name: str) -> Any:
         import numpy
 
-        vars(self)[name] = attribute = getattr(numpy, name)  # at once from now on
+        vars(self)[name] = attribute = getattr(numpy, name)  # found directly from now on
         return attribute
 
 
@@ -28,10 +28,10 @@ else:
 
 
 def set_threads(count: int) -> None:
-    """Compute on as many threads from now on: torch, numba and the linear algebra.
+    """Set the number of threads of torch, numba and the linear algebra.
 
-    Call this before numpy is loaded, whose linear algebra reads the number only then. (Snakemake
-    sets the same variables for its jobs.)
+    Call this before numpy is loaded, because its linear algebra reads the number only then.
+    (Snakemake sets the same variables for its jobs.)
     """
     for name in ("OMP", "OPENBLAS", "MKL"):
         os.environ[f"{name}_NUM_THREADS"] = str(count)
@@ -40,36 +40,36 @@ def set_threads(count: int) -> None:
         numba.set_num_threads(min(count, numba.config.NUMBA_NUM_THREADS))
     else:
         os.environ["NUMBA_NUM_THREADS"] = str(count)
-    # Last: numba starts its threads when it is told, which sets those of OpenMP, and so of torch.
+    # Last, because numba starts its threads here, which sets the threads of OpenMP and of torch.
     if "torch" in sys.modules:
         sys.modules["torch"].set_num_threads(count)
 
 
 def compiled(*, late: bool = False, **options: Any) -> Callable[[Callable], Callable]:
-    """Return a decorator that compiles a function, and keeps the machine code for later processes
-    if its folder can be written. Options are those of ``numba.njit``.
+    """Return a decorator that compiles a function, and caches the machine code for later processes
+    if its folder can be written. ``options`` are options of ``numba.njit``.
 
-    ``late`` runs the function as it is until a process has seen many elements: a command that reads
-    one record does without numba, which takes longer to load than all else.
+    With ``late``, the function runs in Python until the process has handled many elements, because
+    a command on one record takes less time than numba needs to load.
     """
 
     def decorate(function: Callable) -> Callable:
         njit, _ = numba_or_plain()
         try:
             return njit(cache=True, error_model="numpy", **options)(function)
-        except RuntimeError:  # nothing can be kept
+        except RuntimeError:  # the cache cannot be written
             return njit(error_model="numpy", **options)(function)
 
     return (lambda function: _Late(function, decorate)) if late else decorate
 
 
 def compile_now() -> None:
-    """Compile every ``late`` function at its next call, as a server does that runs for hours."""
+    """Compile every ``late`` function at its next call, for servers that run for hours."""
     _Late.left = 0
 
 
 def numba_or_plain() -> tuple[Callable, Callable]:
-    """Return ``njit`` and ``prange`` of numba, or without it what stands for them."""
+    """Return ``njit`` and ``prange`` of numba, or replacements in Python without numba."""
     try:
         from numba import njit, prange
     except ModuleNotFoundError:
@@ -83,16 +83,16 @@ def _plain(function: Callable) -> Callable:
         with np.errstate(all="ignore"):
             try:
                 return function(*args)
-            except ZeroDivisionError:  # of Python's own numbers, which numpy's do not raise
+            except ZeroDivisionError:  # raised by Python's numbers, but not by numpy's
                 return function(*(np.float64(e) if isinstance(e, float) else e for e in args))
 
     return plain
 
 
 class _Late:
-    """A function that is compiled once such functions have seen arrays of many elements."""
+    """A function that is compiled once all such functions have handled many elements."""
 
-    left = _PLAIN  # elements until then, of all such functions of this process
+    left = _PLAIN  # elements until compilation, of all such functions of this process
 
     def __init__(self, function: Callable, decorate: Callable[[Callable], Callable]) -> None:
         update_wrapper(self, function)

@@ -14,12 +14,12 @@ from breaker.common.text import visible_text
 if TYPE_CHECKING:
     from jinja2 import Template
 
-_NAME = re.compile(r"\b[a-z]+(?:_[a-z0-9]+)+\b")  # as in code
-_WIDTH = 100  # characters of a line, as many as a terminal on half a screen shows
+_NAME = re.compile(r"\b[a-z]+(?:_[a-z0-9]+)+\b")  # names of code
+_WIDTH = 100  # characters of a line; fits a terminal on half a screen
 
 
 class Cell(str):
-    """A text with a tone: "good", "bad", "doubt", "faint", or "" as of a plain ``str``.
+    """A text with a tone: "good", "bad", "doubt", "faint", or "" as for a plain ``str``.
 
     >>> Cell("FAIL", "bad"), Cell("FAIL", "bad").tone
     ('FAIL', 'bad')
@@ -41,7 +41,7 @@ def tone_of(text: str) -> str:
 
 @dataclass(frozen=True)
 class Remark:
-    """A sentence; ``first`` and ``indent`` begin its first line and the others on a terminal."""
+    """A sentence; on a terminal, ``first`` begins its first line and ``indent`` the other lines."""
 
     text: str
     first: str = "  "
@@ -53,12 +53,12 @@ class Table:
     """A table.
 
     Attributes:
-        head: Names of the columns; empty without.
-        rows: A cell for each column, or a title or remark that takes the entire row.
+        head: Names of the columns; may be empty.
+        rows: A cell for each column, or a title or remark that spans the row.
         title: Title of the table.
         notes: Sentences below it.
-        form: Columns on a terminal, as ``str.format`` takes them; a last one without a width is
-            wrapped. Without a form columns are as wide as they need to be.
+        form: Columns on a terminal, as a format of ``str.format``; a last column without a width
+            is wrapped. Without a form, columns are as wide as their cells.
     """
 
     head: Sequence[str] = ()
@@ -70,7 +70,7 @@ class Table:
 
 @dataclass(frozen=True)
 class Letterhead:
-    """A company's name and logo (PNG) above a document; below it remarks, and lines to sign."""
+    """A company's name and logo (PNG) above a document, and remarks and signature lines below."""
 
     company: str = ""
     logo: bytes = b""
@@ -85,11 +85,11 @@ class Document:
     Attributes:
         title: Title of the document.
         plate: Names and values of its subject.
-        summary: Sentences that come first.
-        parts: All else, in order; on a page its pictures follow.
-        after: Parts behind those.
-        names: Words for names of code, by name; a page has them instead of the names.
-        letterhead: None without one.
+        summary: Sentences at the beginning.
+        parts: Further parts, in order; on a page, pictures follow them.
+        after: Parts after the pictures.
+        names: Words that replace names of code on a page, by name.
+        letterhead: Letterhead of a page, or None.
     """
 
     title: str = ""
@@ -129,7 +129,7 @@ def lines_of(part: Table | Remark | str) -> list[str]:
 
 
 def wrapped(text: str, first: str = "  ", indent: str = "    ") -> list[str]:
-    """Return the lines of a text, by how the first and others begin."""
+    """Return the lines of a text; ``first`` begins the first line, ``indent`` the others."""
     about = {"break_long_words": False, "break_on_hyphens": False}
     return wrap(text, _WIDTH, initial_indent=first, subsequent_indent=indent, **about)
 
@@ -151,7 +151,7 @@ def _rows(table: Table) -> Iterator[list[str]]:
 
 
 def _fitting(rows: Iterable[Sequence[str]]) -> str:
-    """Return columns as wide as their cells: the first from the left, others from the right."""
+    """Return a form with columns as wide as their cells, the first aligned left, others right."""
     first, *others = (max(map(len, column)) for column in zip(*rows, strict=True))
     return "  ".join([f"{{:<{first}}}", *(f"{{:>{width}}}" for width in others)])
 
@@ -162,7 +162,7 @@ def _fitting(rows: Iterable[Sequence[str]]) -> str:
 def html_page(document: Document, pictures: Sequence[bytes] = ()) -> str:
     """Return a document as one page of HTML that needs no other file, with PNG pictures.
 
-    Words of others are no markup there, and control characters are escaped.
+    Markup and control characters in texts are escaped.
 
     >>> "<h1>A &lt; B</h1>" in html_page(Document("A < B"))
     True
@@ -172,7 +172,7 @@ def html_page(document: Document, pictures: Sequence[bytes] = ()) -> str:
 
 
 def html_part(part: Table | Remark | str) -> str:
-    """Return a part of a document as HTML, for a page that has a style of its own."""
+    """Return a part of a document as HTML, for a page with its own style."""
     return visible_text(_page().module.part(part))
 
 

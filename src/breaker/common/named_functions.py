@@ -1,6 +1,6 @@
 """Functions that a configuration names as ``module:function``: a prior, simulator or network.
 
-A module is looked for among the installed ones, then in the working directory.
+A module is searched among the installed ones, then in the working directory.
 """
 
 import sys
@@ -12,7 +12,7 @@ from pathlib import Path
 
 
 def load(text: str) -> Callable:
-    """Return the function of ``module:function``; a ValueError with the remedy if there is none."""
+    """Return the function of ``module:function``; raise a ValueError with a remedy if missing."""
     file = file_of(text)
     module, _, name = text.partition(":")
     with _working_directory():
@@ -23,8 +23,8 @@ def load(text: str) -> Callable:
 
 
 def file_of(text: str) -> Path:
-    """Return the file of a module, which is not run, relative if below the working directory; a
-    ValueError with the remedy if the text is of another form, or there is no such module.
+    """Return the file of a module without running it, relative below the working directory; raise
+    a ValueError with a remedy if the text has another form or the module is missing.
     """
     module, colon, name = text.partition(":")
     if not (colon and all(part.isidentifier() for part in [*module.split("."), name])):

@@ -1,4 +1,4 @@
-"""Numbers in texts: written for people, never with a power of ten, and as they order names."""
+"""Numbers in texts, without powers of ten, and the natural order of names with numbers."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from breaker.common.compiling import np
 
 
 def in_digits(value: float, digits: int, *, sign: bool = False) -> str:
-    """Write a number with so many significant digits, as people write it.
+    """Return a number with ``digits`` significant digits, without an exponent.
 
     >>> in_digits(134.2, 2, sign=True), in_digits(0.000012345, 2), in_digits(178.0, 4)
     ('+130', '0.000012', '178')
@@ -21,29 +21,29 @@ def in_digits(value: float, digits: int, *, sign: bool = False) -> str:
 
 
 def distinct(values: Sequence[float], digits: int, *, sign: bool = False) -> list[str]:
-    """Write rising numbers with as many digits as distinguish the ends, and at least so many.
+    """Return rising numbers with enough digits to distinguish the ends, at least ``digits``.
 
     >>> distinct([178.21, 178.24], 4), distinct([2.0, 3.0], 4)
     (['178.21', '178.24'], ['2', '3'])
     """
     write = lambda more: [in_digits(value, more, sign=sign) for value in values]  # noqa: E731
     texts = map(write, range(digits, 8))
-    return next((some for some in texts if some[0] != some[-1]), write(digits))
+    return next((ends for ends in texts if ends[0] != ends[-1]), write(digits))
 
 
 def first_of(names: Sequence[str], most: int) -> str:
-    """List names, at most so many, and count the others, as in "a, b and 1 more"."""
+    """List at most ``most`` names, and count the others, as in "a, b and 1 more"."""
     more = len(names) - most
     return ", ".join(names[:most]) + (f" and {more} more" if more > 0 else "")
 
 
 def in_p(value: float) -> str:
-    """Write a p-value; below 0.0001 its digits say no more."""
+    """Return a p-value in words, without digits below 0.0001."""
     return "p < 0.0001" if value < 1e-4 else f"p = {in_digits(value, 2)}"
 
 
 def in_percent(probability: float) -> str:
-    """Write a probability; never 0 or 100 % of what is not certain.
+    """Return a probability as a percentage, never 0 or 100 %.
 
     >>> in_percent(0.233), in_percent(0.9996), in_percent(0.001)
     ('23 %', '> 99 %', '< 1 %')
@@ -54,7 +54,7 @@ def in_percent(probability: float) -> str:
 
 
 def about(value: float) -> str:
-    """Write a number of operations that is an estimate, to three digits.
+    """Return an estimated number of operations to three digits.
 
     >>> about(1878.3), about(42.4), about(float("inf"))
     ('1,880', '42', 'beyond the horizon')
@@ -66,11 +66,11 @@ def about(value: float) -> str:
 
 
 def span(low: float, high: float) -> str:
-    """Write an interval of such numbers."""
+    """Return an interval of estimated numbers of operations."""
     return f"{about(low)} to {about(high)}"
 
 
 def natural(path: str | Path) -> list[tuple[int, str]]:
-    """Return a key by which 9 comes before 10."""
+    """Return a key that sorts 9 before 10."""
     parts = re.split("([0-9]+)", str(path))
     return [(int(part), "") if part.isdecimal() else (0, part) for part in parts]

@@ -1,4 +1,4 @@
-"""Documents as JSON: dataclasses of plain numbers, alike in every rendering."""
+"""Documents as JSON: dataclasses of plain numbers, the same in all renderings."""
 
 import json
 from collections.abc import Mapping
@@ -9,17 +9,17 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Plain:
-    """A part of a document. A value whose default is None is left out of JSON where it is None."""
+    """A part of a document. JSON omits values of None that have the default None."""
 
     def plain(self) -> dict:
-        """Return the values by name, parts among them as they are."""
+        """Return the values by name, with parts unchanged."""
         pairs = ((field, getattr(self, field.name)) for field in fields(self))
         return {field.name: v for field, v in pairs if v is not None or field.default is not None}
 
 
 @dataclass(frozen=True)
 class Note(Plain):
-    """A sentence and its code, for which programs look; the code is empty where it has none."""
+    """A sentence and its code for programs; the code may be empty."""
 
     code: str
     text: str
@@ -30,12 +30,12 @@ class Note(Plain):
 
 
 def note_of(text: str) -> Note | None:
-    """Return a sentence, such as a ``Sentence``, with its code; None of an empty text."""
+    """Return a sentence, such as a ``Sentence``, with its code; None for an empty text."""
     return Note(getattr(text, "code", ""), str(text)) if text else None
 
 
 def plainly(value: object) -> object:
-    """Return a number, text, array or document of them as JSON has it, numbers to six digits."""
+    """Return a number, text, array or document as values for JSON, numbers to six digits."""
     if isinstance(value, Plain):
         return replace(value, **{e.name: plainly(getattr(value, e.name)) for e in fields(value)})
     if isinstance(value, Mapping):

@@ -1,6 +1,6 @@
 """Random numbers from one seed of the configuration and a purpose.
 
-All generators are made here, so no result depends on the order of jobs or the number of cores.
+Purposes separate the generators, so results do not depend on the order of jobs or on cores.
 """
 
 import hashlib
@@ -9,7 +9,7 @@ import numpy as np
 
 
 def generator(seed: int, *purpose: str | int) -> np.random.Generator:
-    """Return the generator of a seed, from 0 on, and a purpose, such as ``"bank", "closing"``."""
+    """Return the generator of a seed (at least 0) and a purpose, such as ``"bank", "closing"``."""
     words = np.frombuffer(hashlib.sha256(repr(purpose).encode()).digest(), dtype="<u4")
     return np.random.default_rng([seed, *words.tolist()])
 
@@ -17,12 +17,12 @@ def generator(seed: int, *purpose: str | int) -> np.random.Generator:
 def systematic(weights: np.ndarray, n: int, start: float, rng: np.random.Generator) -> np.ndarray:
     """Return the indices of ``n`` draws, ``(n,)``, by systematic resampling in random order.
 
-    Each draw is taken its expected number of times, rounded up or down.
+    The number of times that a draw is taken is its expectation, rounded up or down.
 
     Args:
-        weights: Of the draws, ``(d,)``, not negative, of any sum above 0.
-        start: A uniform number from 0 to 1, where the first is taken.
-        rng: Of the order.
+        weights: Weights of the draws, ``(d,)``, not negative, with any sum above 0.
+        start: Uniform number from 0 to 1, the position of the first draw.
+        rng: Generator of the order.
 
     >>> np.sort(systematic(np.array([0.0, 3.0, 1.0]), 4, 0.5, np.random.default_rng(1)))
     array([1, 1, 1, 2])

@@ -1,6 +1,6 @@
-"""Model files: all of a network in one safetensors file, without pickle.
+"""Model files: a network in one safetensors file, without pickle.
 
-A file holds the weights, and in its header the settings that made them, as JSON.
+A file contains the weights, and in its header the settings of the network, as JSON.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from breaker import __version__
 from breaker.common.compiling import np
 
 _REMEDY = "train it again"
-# Errors of settings or tensors that do not make a model.
+# Errors raised by settings or tensors that do not describe a model.
 _UNFIT = (ArithmeticError, AttributeError, LookupError, RuntimeError, TypeError, ValueError)
 
 
@@ -24,13 +24,13 @@ class ModelFileError(ValueError):
 
 
 class SavedModel(NamedTuple):
-    """A model file: the settings that made the model, and its weights by their names."""
+    """A model file: settings of the model, and its weights by name."""
 
     settings: dict
     arrays: Mapping[str, np.ndarray]
 
     def weight(self, name: str, dtype: str) -> np.ndarray:
-        """Return a tensor of the weights; refuse another type, and numbers that are not finite."""
+        """Return a tensor; raise a ModelFileError for a wrong type or a number not finite."""
         weights = np.array(self.arrays[name])
         if weights.dtype != dtype:
             raise ModelFileError(f"tensor {name} is of {weights.dtype}, not {dtype}")
@@ -41,11 +41,11 @@ class SavedModel(NamedTuple):
 
 @contextmanager
 def open_model(path: str | Path) -> Iterator[SavedModel]:
-    """Open a model file; an error that is raised while it is open names the file and the remedy.
+    """Open a model file; errors that are raised while it is open get the file name and a remedy.
 
     Raises:
         FileNotFoundError: If there is no such file.
-        ModelFileError: If it is of another format, or makes no model.
+        ModelFileError: If it has another format, or does not describe a model.
     """
     from safetensors.numpy import load_file
 
@@ -60,7 +60,7 @@ def open_model(path: str | Path) -> Iterator[SavedModel]:
 
 
 def settings_of(path: str | Path) -> dict:
-    """Return the settings of a model file, whatever its tensors; raise as ``open_model``."""
+    """Return the settings of a model file without reading its tensors; raise as ``open_model``."""
     from safetensors import SafetensorError, safe_open
 
     if not Path(path).is_file():
@@ -78,7 +78,7 @@ def settings_of(path: str | Path) -> dict:
 def write_model(path: str | Path, settings: Mapping, weights: Mapping[str, np.ndarray]) -> None:
     """Write a model file. The same model gives the same bytes.
 
-    The header has one entry only: safetensors writes several in any order.
+    The header has only one entry, because safetensors writes several in any order.
     """
     from safetensors.numpy import save_file
 

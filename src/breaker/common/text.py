@@ -1,6 +1,6 @@
-"""Texts of others on their way to a terminal or a table, and names in several spellings.
+"""Texts from files for terminals and tables, and names in several spellings.
 
-Light to import: pandas and numpy are not needed.
+This module imports neither pandas nor numpy.
 """
 
 import csv
@@ -15,8 +15,8 @@ from unicodedata import category
 def visible_text(text: str) -> str:
     r"""Return a text with escapes for control characters and letters that are not printable.
 
-    Ends of lines and tabs stay. Names of files and columns are written by others: none of them may
-    act on a terminal.
+    Ends of lines and tabs stay. Names of files and columns come from other people, and must not
+    control a terminal.
 
     >>> visible_text("Weg \x1b[2J\u202e\u200b\n")
     'Weg \\x1b[2J\\u202e\\u200b\n'
@@ -37,7 +37,7 @@ def say(text: str, *, on_stderr: bool = False, end: str = "\n") -> None:
 
 
 def table_text(names: Sequence[str], rows: Iterable[Mapping[str, object]]) -> str:
-    """Return a table as CSV; what a row lacks is empty.
+    """Return a table as CSV; missing values are empty.
 
     >>> table_text(["file", "sd"], [{"file": "a, b.csv", "sd": -0.1}])
     'file,sd\\n"a, b.csv",-0.1\\n'
@@ -50,7 +50,7 @@ def table_text(names: Sequence[str], rows: Iterable[Mapping[str, object]]) -> st
 
 
 def bare(name: str) -> str:
-    """Return what all spellings of a name have in common: letters and digits alone, in one case.
+    """Return the common form of all spellings of a name: letters and digits only, in one case.
 
     >>> {bare(name) for name in ("GL314", "GL 314", "gl-314")}
     {'gl314'}
@@ -59,7 +59,7 @@ def bare(name: str) -> str:
 
 
 def usual_spelling(names: Iterable[str]) -> dict[str, str]:
-    """Return the most frequent spelling of each name, by its bare name; the first of equals.
+    """Return the most frequent spelling of each name, by bare name; the first of equally many.
 
     >>> usual_spelling(["GL 314", "GL314", "gl-314", "GL314"])
     {'gl314': 'GL314'}

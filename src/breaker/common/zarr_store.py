@@ -1,7 +1,7 @@
-"""Write a dataset as a Zarr store, and open it only if it is as it was written.
+"""Write a dataset as a Zarr store, and open it only if its files are unchanged.
 
-Zarr takes a chunk without a file for fill values, so a lost file would turn into numbers without a
-word. ``save`` lists the checksum of every file of a store, and ``open_store`` compares them.
+Zarr reads fill values for a chunk without a file, so a lost file would silently become numbers.
+``save`` lists the checksums of all files of a store, and ``open_store`` compares them.
 """
 
 import json
@@ -17,7 +17,7 @@ _CHECKSUMS = "checksums.json"
 
 
 class StoreError(ValueError):
-    """A store that is not as it was written; the text names file, fault and remedy."""
+    """Error of a changed or incomplete store; the text names file, fault and remedy."""
 
     def __init__(self, path: str | Path, fault: str) -> None:
         remedy = f"Delete this store (rm -r {path}) and run the same command again"
@@ -25,20 +25,20 @@ class StoreError(ValueError):
 
 
 def describe(dataset: xr.Dataset, title: str, **settings: object) -> xr.Dataset:
-    """Return the dataset with what made it in its attributes: title, settings, version."""
+    """Return the dataset with title, settings and version in its attributes."""
     text = json.dumps(settings, sort_keys=True)
     return dataset.assign_attrs(title=title, settings=text, breaker_version=__version__)
 
 
 def save(dataset: xr.Dataset, path: str | Path) -> None:
-    """Write a dataset as one Zarr store, in place of what is there; equal ones give equal bytes.
+    """Write a dataset as one Zarr store, replacing an old one; equal datasets give equal bytes.
 
-    The checksums are written last, so a store whose writing was interrupted has none. The format of
-    Zarr is 2, as format 3 does not specify text yet.
+    The checksums are written last, so an incomplete store has none. The Zarr format is 2, because
+    format 3 does not specify text yet.
     """
     path = Path(path)
     shutil.rmtree(path, ignore_errors=True)
-    plain = dataset.drop_encoding()  # which holds lengths of texts that were read
+    plain = dataset.drop_encoding()  # the encoding contains lengths of texts that were read
     plain.to_zarr(path, mode="w", consolidated=True, zarr_format=2)
     (path / _CHECKSUMS).write_text(json.dumps(_checksums(path), indent=0), encoding="utf-8")
 

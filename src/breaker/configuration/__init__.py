@@ -1,4 +1,4 @@
-"""The configuration: its classes with every default, merged with files of one's own, and checked.
+"""The configuration: classes with all defaults, merged with the user's files, and checked.
 
-Every command and every job of the workflow reads it, so nothing heavy is imported here.
+All commands and jobs of the workflow import this package, so it imports no slow package.
 """

@@ -1,6 +1,6 @@
-"""Problems of a configuration: each key with what is wrong with its value, and what is allowed.
+"""Problems of a configuration: keys with wrong values, and the allowed values.
 
-Types and bounds are those of the classes in ``settings``. Only a check imports pydantic.
+The classes in ``settings`` define types and bounds. Only a check imports pydantic.
 """
 
 import json
@@ -16,24 +16,26 @@ _NO_NAME = "is not a key: write decimal numbers with a point, such as 1.3, and q
 
 
 def problems(section: type[Section], content: Any) -> dict[str, str]:
-    """Return what is wrong with the content of a section: by key, a text that goes on after it."""
+    """Return problems in the content of a section by key; a text continues after the key."""
     wrong: dict[str, str] = {}
     try:
         section.model_validate(content)
     except ValidationError as error:
         for failure in error.errors(include_url=False):
             if failure["type"] == "missing" and failure["loc"][0] == "by_motion":
-                continue  # it holds only what differs
+                continue  # by_motion contains only what differs
             key, text = _problem(failure, content)
             if key not in wrong:
                 wrong[key] = text
-            elif wrong[key] != _NO_NAME:  # a value of several types has an error for each of them
+            elif (
+                wrong[key] != _NO_NAME
+            ):  # a value with several allowed types has one error per type
                 wrong[key] += f" Or it {text.partition(': ')[2]}"
     return wrong
 
 
 def _problem(failure: Mapping, content: Any) -> tuple[str, str]:
-    """Return the key that an error of pydantic is about, and what is wrong with its value."""
+    """Return the key of an error of pydantic, and the problem of its value in words."""
     place, kind = failure["loc"], failure["type"]
     words = failure["msg"].removeprefix("Value error, ").partition(" or instance of")[0]
     words = re.sub("^(Input|String|List|Dictionary) should", "must", words)
@@ -46,7 +48,7 @@ def _problem(failure: Mapping, content: Any) -> tuple[str, str]:
         key = dotted(place[: -(place[-1] == "[key]") or None])
         return key, f"is not a known key: {words}" if is_text else _NO_NAME
     length, value = 0, content
-    for part in place:  # after the key, pydantic names the type that it tried
+    for part in place:  # after the key, pydantic appends the type that it tried
         try:
             value = value[part]
         except (KeyError, IndexError, TypeError):

@@ -1,6 +1,6 @@
 """Conditions on several sections of a configuration, and on the files that it names.
 
-A condition yields a key, and what is wrong with its value.
+A condition yields keys, each with the problem of its value.
 """
 
 from collections.abc import Callable, Iterator, Mapping
@@ -23,10 +23,10 @@ Problems = Iterator[tuple[str, str]]
 
 
 def broken(config: Config, *, curves: bool) -> Problems:
-    """Yield what is wrong with settings together, all of which are right by themselves.
+    """Yield problems of combinations of settings that are valid one by one.
 
-    ``curves`` tells whether to check what only the workflow uses: the folder ``endurance.curves``
-    and own functions. A command on records runs no function that a file names.
+    ``curves`` is true to check settings of the workflow only: the folder ``endurance.curves`` and
+    the user's functions. A command on records never runs functions that a file names.
     """
     conditions = (_curves, _costs, _prior, _limits, _names)
     for condition in (*conditions, *((_life, _own, _folder) if curves else ())):
@@ -34,7 +34,7 @@ def broken(config: Config, *, curves: bool) -> Problems:
 
 
 def _refused(key: str, build: Callable, *given: Any) -> Problems:
-    """Yield why something cannot be built of values, if it cannot."""
+    """Yield the reason if ``build`` refuses the values."""
     try:
         build(*given)
     except (OSError, ValueError) as error:
@@ -42,7 +42,7 @@ def _refused(key: str, build: Callable, *given: Any) -> Problems:
 
 
 def _curves(config: Config) -> Problems:
-    """Simulated curves that do not suffice for a batch and for those that judge."""
+    """Yield problems of too few simulated curves for a batch and for validation."""
     bank = config["bank"]["shards"] * config["bank"]["curves_per_shard"]
     parts = ("batch", "validation_curves", "held_out_curves")
     needs = max(sum(of_motion(config, m)["training"][key] for key in parts) for m in MOTIONS)
@@ -87,18 +87,19 @@ def _names(config: Config) -> Problems:
 
 
 def _life(config: Config) -> Problems:
-    """Limits that no life can be followed to; a command on records may have them."""
+    """Yield limits that no forecast along a life can use; commands on records accept them."""
     for number, entry in enumerate(config["limits"]):
-        with suppress(OSError, ValueError):  # what ``_limits`` refuses
-            one = from_list([entry], MOTIONS, every_speed(config["speeds"]))[0]
-            if one.of == "change" and (vague := [q for q in one.quantities if q in UNRESOLVED]):
-                text = f"has {one.name}, but records do not resolve a change of "
+        with suppress(OSError, ValueError):  # ``_limits`` reports these
+            limit = from_list([entry], MOTIONS, every_speed(config["speeds"]))[0]
+            vague = [name for name in limit.quantities if name in UNRESOLVED]
+            if limit.of == "change" and vague:
+                text = f"has {limit.name}, but records do not resolve a change of "
                 text += f"{' or '.join(vague)} along a life. Limit a measured quantity (of: record)"
                 yield f"limits[{number}]", f"{text}, or remove it."
 
 
 def _own(config: Config) -> Problems:
-    """Functions of your own that are not there, fail, or return other shapes than they must."""
+    """Yield the user's functions that are missing, fail, or return wrong shapes."""
     model = config["model"]
     named = {f"model.{key}": name for key, name in model.items() if name}
     for motion in config["motions"]:
@@ -110,11 +111,13 @@ def _own(config: Config) -> Problems:
             tried = key
             load(name)
         if tried := next((key for key in named if key.startswith("model")), ""):
-            from breaker.paper.joint_model import Model  # compiled code, for own functions alone
+            from breaker.paper.joint_model import (
+                Model,
+            )  # compiled code, only for the user's functions
 
             for motion in config["motions"]:
                 Model.from_settings({**config, "motion": motion}).try_out()
-    except Exception as error:  # whatever code of others may raise
+    except Exception as error:  # the user's code may raise any exception
         text = str(error) if isinstance(error, ValueError) else f"{type(error).__name__}: {error}"
         yield tried, f"is {named[tried]}, which cannot be used: {text} (docs/research/extend.md)."
     if model["simulator"] and model["prior"] and config["prior"] != defaults()["prior"]:
@@ -122,7 +125,7 @@ def _own(config: Config) -> Problems:
 
 
 def _folder(config: Config) -> Problems:
-    """Operations of one breaker that cannot be listed; a table of several is read by its rules."""
+    """Yield problems in the list of operations of one breaker; a fleet's rules check several."""
     if config["known"]:
         yield "known", "is not used by the workflow: give it to `breaker infer`. Leave it empty."
     if config["endurance"]["curves"] is not None:

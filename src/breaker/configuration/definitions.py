@@ -1,4 +1,4 @@
-"""Data files: families of drives, types of breaker, the simulated test and advice."""
+"""Data files: families of drives, types of breaker, the simulated test, and advice."""
 
 from collections.abc import Iterable, Mapping
 from pathlib import Path
@@ -11,9 +11,9 @@ from breaker.shipped import ADVICE, FAMILIES, SIMULATED_TEST, family_file
 
 
 def family_of(name: str) -> dict[str, Any]:
-    """Return a family of ``breaker.shipped`` or a YAML file; ConfigurationError if none is there.
+    """Return a family of ``breaker.shipped`` or a YAML file; raise a ConfigurationError if missing.
 
-    ``Family`` checks what is in it.
+    ``Family`` checks its content.
     """
     file = Path(name) if name.endswith((".yaml", ".yml")) else family_file(name)
     if not file.exists():
@@ -22,7 +22,7 @@ def family_of(name: str) -> dict[str, Any]:
 
 
 def types_of(config: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
-    """Return the entries of the file ``types`` by type; ConfigurationError if one is wrong."""
+    """Return the entries of the file ``types`` by type; raise a ConfigurationError if wrong."""
     if not config["types"]:
         return {}
     from breaker.configuration.checking import problems
@@ -41,7 +41,7 @@ def types_of(config: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
 
 
 def laid_over(config: Mapping[str, Any], entry: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a configuration with the entry of a type over it; the limits of both count.
+    """Return a configuration overridden by the entry of a type, with the limits of both.
 
     Raises:
         ValueError: If a limit of the entry is wrong.
@@ -57,10 +57,10 @@ def laid_over(config: Mapping[str, Any], entry: Mapping[str, Any]) -> dict[str, 
 
 
 def of_drive(config: Mapping[str, Any]) -> Mapping[str, Any]:
-    """Return the configuration of the workflow, with the entry of its drive's type over it.
+    """Return the configuration of the workflow, overridden by the entry of its drive's type.
 
-    The column ``type`` of the table of ``endurance.curves`` states the type. Of several breakers,
-    or without a type or a file of types, the configuration is returned as it is.
+    The column ``type`` of the table of ``endurance.curves`` states the type. For several breakers,
+    or without a type or a file of types, the configuration is returned unchanged.
 
     Raises:
         ConfigurationError: If rows state several types, or one that has no entry.
@@ -80,7 +80,7 @@ def of_drive(config: Mapping[str, Any]) -> Mapping[str, Any]:
 
 
 def entry_of_type(types: Mapping[str, dict[str, Any]], name: str) -> dict[str, Any]:
-    """Return the entry of a type in any spelling; ConfigurationError if there is not just one."""
+    """Return the entry of a type in any spelling; raise a ConfigurationError unless one matches."""
     matches = [known for known in types if bare(known) == bare(name)]
     if len(matches) != 1:
         there = f"is there as {' and '.join(matches)}" if matches else "is not among the types"
@@ -94,14 +94,14 @@ def simulated_test(config: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def advice_of() -> dict[str, str]:
-    """Return where to look first, by quantity."""
+    """Return advice on parts to inspect first, by quantity."""
     return read(ADVICE)
 
 
 def advice_on(names: Iterable[str], advice: Mapping[str, str]) -> list[str]:
-    """Return where to look first for quantities that became worse, equal advice once.
+    """Return advice on parts to inspect first for worse quantities, each advice once.
 
-    A speed without an entry of its own has the advice on the speed of its motion.
+    A speed without an entry has the advice on the usual speed of its motion.
 
     Example:
         >>> advice_on(["f", "mu", "closing_speed_10_90"], {"f": "spring", "closing_speed": "latch"})
@@ -113,4 +113,4 @@ def advice_on(names: Iterable[str], advice: Mapping[str, str]) -> list[str]:
         key = f"{motion}_speed" if is_speed and name not in advice else name
         if words := advice.get(key):
             by.setdefault(words, []).append(in_words(name))
-    return [f"{', '.join(some)}: {words}" for words, some in by.items()]
+    return [f"{', '.join(worse)}: {words}" for words, worse in by.items()]

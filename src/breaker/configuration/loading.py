@@ -1,7 +1,7 @@
-"""The configuration: the defaults, with YAML files of one's own laid over them, and checked.
+"""Loading of the configuration: the defaults, overridden by the user's YAML files, and checked.
 
-The classes in ``settings`` hold every default; an overlay holds only what differs. A configuration
-is a nested dictionary of plain values.
+The classes in ``settings`` contain all defaults; an overlay contains only differing settings. A
+configuration is a nested dictionary of plain values.
 """
 
 from collections.abc import Mapping, Sequence
@@ -12,15 +12,15 @@ from typing import Any
 import yaml
 
 WIDEST = 1
-"""Largest log-sd of a prior: a factor of 2.7 to either side."""
+"""Largest log-sd of a prior: a factor of 2.7 on both sides."""
 
 
 class ConfigurationError(ValueError):
-    """What is wrong with a configuration; the text has one line for each problem."""
+    """Problems of a configuration; the text has one line for each problem."""
 
 
 class _Loader(getattr(yaml, "CSafeLoader", yaml.SafeLoader)):
-    """Refuses a key that stands twice in a section, of which YAML would drop the first."""
+    """YAML loader that refuses a repeated key in a section, where YAML would drop the first."""
 
     def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict:
         names = [name.value for name, _ in node.value]
@@ -32,7 +32,7 @@ class _Loader(getattr(yaml, "CSafeLoader", yaml.SafeLoader)):
 
 
 def load(paths: Sequence[str | Path] = (), *, curves: bool = True) -> dict[str, Any]:
-    """Read YAML files, each laid over the defaults and the files before it, and ``check`` them."""
+    """Read YAML files, each over the defaults and the earlier files, and ``check`` the result."""
     config = reduce(merge, map(read, paths), defaults())
     check(config, source=", ".join(map(str, paths)), curves=curves)
     return config
@@ -64,7 +64,7 @@ def read(path: str | Path) -> dict[str, Any]:
 
 
 def merge(base: Mapping[str, Any], overlay: Mapping[str, Any]) -> dict[str, Any]:
-    """Lay one configuration over another: sections key by key, anything else as a whole."""
+    """Override a configuration by another: sections key by key, other values entirely."""
     merged = dict(base)
     for key, value in overlay.items():
         below = merged.get(key)
@@ -74,9 +74,9 @@ def merge(base: Mapping[str, Any], overlay: Mapping[str, Any]) -> dict[str, Any]
 
 
 def of_motion(config: Mapping[str, Any], motion: str) -> dict[str, dict[str, Any]]:
-    """Return the sections ``network`` and ``training`` with what ``by_motion`` changes in them.
+    """Return the sections ``network`` and ``training`` with the changes of ``by_motion``.
 
-    Of inference networks, the chosen one alone is kept, flat, so that no model depends on others.
+    Only the chosen kind of inference network is kept, so that a model does not depend on others.
     """
     both = {key: config[key] for key in ("network", "training")}
     combined = merge(both, config["by_motion"].get(motion, {}))
@@ -92,10 +92,10 @@ def check(config: Mapping, *, source: str = "", curves: bool = True) -> None:
     Args:
         config: The configuration.
         source: Names of its files, for the message.
-        curves: Whether to look at the folder ``endurance.curves``, and run own functions.
+        curves: Whether to check the folder ``endurance.curves``, and run the user's functions.
 
     Raises:
-        ConfigurationError: If anything is wrong; the message lists all of it.
+        ConfigurationError: If anything is wrong; the message lists all problems.
     """
     from breaker.configuration.checking import problems
     from breaker.configuration.consistency import broken

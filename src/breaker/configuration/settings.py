@@ -1,4 +1,4 @@
-"""Every setting: its type, default, one sentence and bounds, in a tree like that of the files.
+"""All settings with type, default, description and bounds, in a tree as in the files.
 
 ``make defaults`` writes the files in ``config``, the JSON schema and the page of settings from
 this tree, and ``checking`` compares a configuration with them.
@@ -16,11 +16,11 @@ from breaker.model.parameters import NAMES
 from breaker.model.quantities import check_fact, speeds_of
 
 ADVANCED = ("network", "training", "by_motion", "bank", "family", "validation", "simulated_test")
-"""Sections that hardly any user changes, which are in ``config/advanced.yaml``."""
+"""Sections in ``config/advanced.yaml``, which few users change."""
 
 
 class Section(BaseModel):
-    """A section: no unknown keys, and no number from a text or the like."""
+    """A section without unknown keys and without conversions, such as of a text to a number."""
 
     model_config = ConfigDict(
         strict=True, extra="forbid", allow_inf_nan=False, defer_build=True, validate_default=False
@@ -28,7 +28,7 @@ class Section(BaseModel):
 
 
 def _section(text: str, **parts: tuple[Any, Any] | type[Section]) -> type[Section]:
-    """Return a section: its description, settings, each a type and a default, and sections."""
+    """Return a section with a description, settings (type and default) and subsections."""
     fields = {name: (part, ...) if isinstance(part, type) else part for name, part in parts.items()}
     return create_model(text, __base__=Section, __doc__=text, **fields)
 
@@ -36,7 +36,7 @@ def _section(text: str, **parts: tuple[Any, Any] | type[Section]) -> type[Sectio
 def _f(
     kind: Any, default: Any, text: str, low: Any = None, high: Any = None, **more: Any
 ) -> tuple[Any, Any]:
-    """Return type and default of a setting, with its description, least and largest value."""
+    """Return type and default of a setting, with description, smallest and largest value."""
     return kind, Field(default, description=text, ge=low, le=high, **more)
 
 
@@ -45,7 +45,7 @@ def _text(most: int = 1000, **more: Any) -> Any:
 
 
 def _form(most: int, pattern: str, words: str) -> Any:
-    """Return a text of a form that messages call by words, not by its regular expression."""
+    """Return a text type for a pattern; messages state ``words`` instead of the pattern."""
     kind = _text(most, json_schema_extra={"pattern": pattern})
     return _where(kind, re.compile(pattern).fullmatch, f"must be {words}")
 

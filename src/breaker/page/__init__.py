@@ -1,5 +1,6 @@
-"""The page of ``breaker view``: a list of inspections, and each on one screen, in the browser.
+"""The page of ``breaker view``: a list of inspections, and a screen for each, in the browser.
 
-``server`` answers requests, ``session`` reads and judges, ``catalogue`` lists, ``choices`` reads
-addresses and import settings, ``curves`` draws, ``values`` fills the table, ``types`` keeps limits.
+``server`` receives requests, ``views`` answers them, ``session`` reads and judges inspections,
+``catalogue`` makes the list, ``choices`` reads addresses and import settings, ``curves`` returns
+the curves to draw, ``values`` fills the table, and ``types`` writes limits.
 """

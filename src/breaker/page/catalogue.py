@@ -1,4 +1,4 @@
-"""The list of the page: breakers and their inspections, as names and headers of files state."""
+"""The list of the page: breakers and inspections, from names and headers of files."""
 
 import os
 from collections.abc import Iterable, Mapping
@@ -15,8 +15,8 @@ from breaker.records.table_proposal import Description
 from breaker.records.words import motions_in
 
 MOST = 10_000
-"""Files of a list: more are the records of a life, for which the workflow is made."""
-_ISO = 10  # characters of a date that is clear
+"""Most files of a list; the workflow is made for more, such as the records of a life."""
+_ISO = 10  # characters of an unambiguous date
 
 
 class Inspection(NamedTuple):
@@ -24,8 +24,8 @@ class Inspection(NamedTuple):
 
     Attributes:
         files: Their identifiers.
-        breaker, type, date: As the files state them, or their folder and names; else empty.
-        phases, motions: Phases, or columns of travel without one, and motions.
+        breaker, type, date: As stated by the files, or by folder and file names; else empty.
+        phases, motions: Phases, or columns of travel without a phase, and motions.
         reason: Reason why the file is not a record; empty if it is.
         seen: Whether all its files have been described.
     """
@@ -46,8 +46,8 @@ class Inspection(NamedTuple):
 
 
 def find_files(folder: Path) -> dict[str, str]:
-    """Return the paths of records in a folder and below by identifier. A folder with a table of
-    operations is one entry.
+    """Return the paths of records in a folder and its subfolders by identifier. A folder with a
+    table of operations is one entry.
     """
     files: dict[str, str] = {}
     for place, folders, names in os.walk(folder):
@@ -66,8 +66,8 @@ def find_files(folder: Path) -> dict[str, str]:
 def inspections_of(
     files: Mapping[str, str], described: Mapping[str, Description]
 ) -> list[Inspection]:
-    """Return the inspections of files: those of a breaker and a day, or, without a date, those
-    whose names differ in the phase alone. Named breakers come first; the newest inspection of a
+    """Group files into inspections: files of one breaker and day, or, without a date, files whose
+    names differ only in the phase. Named breakers come first, and the newest inspection of a
     breaker first.
     """
     groups: dict[tuple, list[str]] = {}
@@ -101,7 +101,7 @@ def inspections_of(
 
 
 def _phases_of(files: Mapping[str, str]) -> dict[str, str]:
-    """Return the phase in the name of each file that has one; names of a folder decide together."""
+    """Return the phases in file names, by file; all names of a folder are compared."""
     folders: dict[str, list[Path]] = {}
     for path in map(Path, files.values()):
         folders.setdefault(str(path.parent), []).append(path)
@@ -112,8 +112,8 @@ def _phases_of(files: Mapping[str, str]) -> dict[str, str]:
 
 
 def _breaker_of(name: str, about: Description) -> str:
-    """Return station, bay and serial number as the file states them, or else its folders but those
-    that are named after a motion.
+    """Return station, bay and serial number stated by the file, or else the names of its folders
+    without folders that are named after a motion.
     """
     stated = (about.preamble.station, about.preamble.bay, about.preamble.serial)
     folders = (part for part in Path(name).parent.parts if not motions_in(part))
@@ -121,7 +121,7 @@ def _breaker_of(name: str, about: Description) -> str:
 
 
 def _date_of(path: str, about: Description) -> str:
-    """Return the date of a file; both, where day and month may be either."""
+    """Return the date of a file, or both dates if day and month are ambiguous."""
     dates = about.preamble.dates
     return one_date("", dates, path)[:_ISO] or " or ".join(date[:_ISO] for date in dates)
 

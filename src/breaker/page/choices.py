@@ -1,7 +1,7 @@
-"""What the address of a page chooses: files, the type of breaker, and how the files are read.
+"""Choices in the address of a page: files, type of breaker, and import settings of the files.
 
-Nothing else is remembered, so two windows do not disturb each other, and an address that is opened
-again shows the same.
+The server keeps no other state, so two windows are independent, and an address always shows the
+same page.
 """
 
 import json
@@ -16,7 +16,7 @@ from breaker.records.settings import FORMAT, TO_MM, TO_MS
 from breaker.records.sheet import Sheet
 
 _SET = "set."
-_LONGEST = 200  # characters of a value: a longer one is a mistake
+_LONGEST = 200  # characters of a value; a longer value is a mistake
 
 LABELS = {
     "rate": "Sampling rate (kHz)",
@@ -45,11 +45,11 @@ _NO_COLUMN = {"travel_column": "every column that moves", "time_column": "none: 
 
 
 class Choices(NamedTuple):
-    """What a page shows.
+    """Content of a page.
 
     Attributes:
-        files, before: Identifiers of files, of the inspection and of the earlier one.
-        type: Type of breaker; empty for the one that the files state.
+        files, before: Identifiers of the files of the inspection and of the earlier inspection.
+        type: Type of breaker; empty for the type that the files state.
         settings: Changes to ``endurance.format``.
         same: Whether both inspections have the same transducer.
     """
@@ -62,7 +62,7 @@ class Choices(NamedTuple):
 
     @property
     def query(self) -> str:
-        """The query of the address.
+        """Query of the address.
 
         >>> Choices(("a.csv",), settings={"rate": 5.0}).query
         'file=a.csv&set.rate=5.0'
@@ -85,7 +85,7 @@ def read_choices(query: Mapping[str, Sequence[str]]) -> Choices:
             if (key := name.removeprefix(_SET)) not in LABELS or len(values[-1]) > _LONGEST:
                 raise ValueError(f"the page has no setting {name[:_LONGEST]!r} of this value")
             settings[key] = _value(key, values[-1].strip())
-    if settings.get("travel_column") is None:  # all that move
+    if settings.get("travel_column") is None:  # all columns that move
         settings.pop("travel_column", None)
     files, before = (tuple(dict.fromkeys(query.get(key, ()))) for key in ("file", "before"))
     of_type = query.get("type", [""])[-1].strip()[:_LONGEST]
@@ -93,7 +93,7 @@ def read_choices(query: Mapping[str, Sequence[str]]) -> Choices:
 
 
 def _value(key: str, text: str) -> Any:
-    """Return the value of a setting: the configuration is checked as a whole where it is read."""
+    """Return the value of a setting, unchecked; ``check`` later checks the entire configuration."""
     if not text:
         return None if key.endswith("_column") else FORMAT[key]
     try:
@@ -112,7 +112,7 @@ def as_text(value: object) -> str:
 
 
 def id_of(name: str) -> str:
-    r"""Return the name of a file in plain characters, whatever bytes it has.
+    r"""Return the name of a file, with any bytes, as an identifier of plain characters.
 
     >>> name_of(id_of("Weg \udce9 %41.csv"))
     'Weg \udce9 %41.csv'
@@ -121,7 +121,7 @@ def id_of(name: str) -> str:
 
 
 def name_of(identity: str) -> str:
-    """Return the name of an identifier."""
+    """Return the file name of an identifier."""
     return os.fsdecode(unquote_to_bytes(identity))
 
 
@@ -129,13 +129,13 @@ def name_of(identity: str) -> str:
 
 
 class SettingRow(NamedTuple):
-    """An import setting as the page shows it.
+    """An import setting on the page.
 
     Attributes:
-        key, label: Its key of ``endurance.format``, and its name.
-        text: Its value.
-        state, reason: "missing", "doubtful", "chosen" or "sure", and where the value is from.
-        options: Texts of a choice with their names; none of a field for text.
+        key, label: Key of ``endurance.format``, and name on the page.
+        text: Value as text.
+        state, reason: "missing", "doubtful", "chosen" or "sure", and source of the value.
+        options: Texts of a choice with their names; empty for a text field.
     """
 
     key: str
@@ -156,8 +156,8 @@ def rows_of(
     sheet: Sheet | None,
     records: Sequence[DriveRecord],
 ) -> list[SettingRow]:
-    """Return the form of the import settings: what must be decided stands first. ``base`` are the
-    settings before any choice.
+    """Return the rows of the import settings, settings that need a decision first. ``base`` are
+    the settings before any choice.
     """
     columns = [sheet.column(i) for i in range(len(sheet.columns))] if sheet else []
     rows = []

@@ -1,4 +1,4 @@
-"""The curves of an inspection as plain data: a tab for each motion, its panels, and its marks."""
+"""The curves of an inspection as plain data: tabs for motions, with panels and marks."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
@@ -15,10 +15,10 @@ from breaker.records.noise import slope
 from breaker.records.settings import TO_MS
 from breaker.records.sheet import Sheet
 
-_MOST = 4000  # points of a curve, twice as many as a screen has columns
-_AROUND = 0.25, 1.0  # durations of the motion that are shown before and after it
-_SMOOTH = 1.0  # ms on both sides of the straight lines whose slopes are the velocity
-_PANELS = {  # heights in pixels, and labels; those without one have the label of their curve
+_MOST = 4000  # points of a curve: two for each pixel column of a screen
+_AROUND = 0.25, 1.0  # times shown before and after the motion, as shares of its duration
+_SMOOTH = 1.0  # ms on both sides of a sample in the linear fit whose slope is the velocity
+_PANELS = {  # heights in pixels, and labels; an empty label is replaced by the name of the curve
     "travel": (280, "travel (mm)"),
     "velocity": (105, "velocity (m/s)"),
     "contact": (75, ""),
@@ -26,13 +26,13 @@ _PANELS = {  # heights in pixels, and labels; those without one have the label o
     "coil": (85, ""),
     "resistance": (140, "resistance (µΩ)"),
 }
-_OF_FILE = 150  # height of the panel of a unit, pixels
+_OF_FILE = 150  # height of other panels, pixels
 _CHANNELS = {"contact": "contact", "current": "test current", "trigger": "coil", "motor": "coil"}
 
 
 class Tab(NamedTuple):
-    """A motion of an operation: its title, motion, and the records of its poles, of which some may
-    not be ``read``.
+    """A motion of an operation: title, motion, and the records of its poles, including records
+    that could not be read.
     """
 
     title: str
@@ -41,13 +41,13 @@ class Tab(NamedTuple):
 
     @property
     def read(self) -> list[DriveRecord]:
-        """The records that were read."""
+        """Records that could be read."""
         return [record for record in self.records if record.raw is not None]
 
 
 class Curve(NamedTuple):
-    """A curve: its panel, phase, name, times after the tab's origin in ms, and values, ``(n,)``.
-    Its look is "", "faint" for doubtful samples, or "earlier" or "reference" for other records.
+    """A curve: panel, phase, name, times after the tab's origin in ms, and values, ``(n,)``. The
+    look is "", "faint" for doubtful samples, or "earlier" or "reference" for other records.
     """
 
     panel: str
@@ -59,23 +59,23 @@ class Curve(NamedTuple):
 
 
 def tabs_of(records: Sequence[DriveRecord]) -> list[Tab]:
-    """Return the motions of which a record was read, closing first, in the order of operations."""
+    """Return motions with at least one record that was read, closing first, by operation."""
     groups: dict[tuple[str, int], list[DriveRecord]] = {}
     for record in records:
         groups.setdefault((record.motion, record.operation.number), []).append(record)
     motions = [motion for motion, _ in groups]
     tabs = [
-        Tab(motion + f" {number}" * (motions.count(motion) > 1), motion, some)
-        for (motion, number), some in sorted(groups.items())
+        Tab(motion + f" {number}" * (motions.count(motion) > 1), motion, poles)
+        for (motion, number), poles in sorted(groups.items())
     ]
     return [tab for tab in tabs if tab.read]
 
 
 def origins_of(tab: Tab) -> tuple[dict[int, float], str]:
-    """Return the time of the file that is zero, ms, by record, and the name of the time axis.
+    """Return the origin of the time axis in the time of the file, ms, by record, and the axis name.
 
-    Poles of one file keep its clock; those of several are shown from the trigger, if all have one,
-    or else from the first motion.
+    Poles of one file keep its clock. For poles of several files, time counts from the trigger, if
+    all have one, or else from the first motion.
     """
     read = tab.read
     if len({str(record.operation.file) for record in read}) <= 1:
@@ -87,7 +87,7 @@ def origins_of(tab: Tab) -> tuple[dict[int, float], str]:
 
 
 def colours_of(names: Sequence[str], own: Mapping[str, str]) -> dict[str, str]:
-    """Return the colour of each phase; black is the colour of text, which a dark page has light."""
+    """Return the colour of each phase; black becomes the text colour, light on a dark page."""
     colours = phase_colours(names, own)
     return {name: colour.replace("#000000", "currentColor") for name, colour in colours.items()}
 
@@ -96,7 +96,7 @@ def colours_of(names: Sequence[str], own: Mapping[str, str]) -> dict[str, str]:
 
 
 def drawn(tab: Tab, diagnosis: Diagnosis, files: Files) -> dict:
-    """Return panels with curves, and the times that are shown first."""
+    """Return panels with curves, and the initial time window."""
     origins, axis = origins_of(tab)
     laid = [(overlay, "reference") for overlay in diagnosis.overlays]
     laid += [(overlay, "earlier") for overlay in overlaid(diagnosis.records, diagnosis.before)]
@@ -120,8 +120,8 @@ def drawn(tab: Tab, diagnosis: Diagnosis, files: Files) -> dict:
 
 
 def drawn_file(sheet: Sheet) -> dict:
-    """Return all columns of a file of which nothing could be read, over the number of samples, with
-    a panel for each unit.
+    """Return all columns of a file without a readable motion, over the sample number, with a panel
+    for each unit.
     """
     names = [printable(str(sheet.column(i))) for i in range(len(sheet.columns))]
     samples, curves = np.arange(sheet.columns[0].size, dtype=float), []
@@ -135,7 +135,7 @@ def drawn_file(sheet: Sheet) -> dict:
 def _panels(
     curves: Sequence[Curve], window: tuple[float, float], colours: Mapping[str, str], axis: str
 ) -> dict:
-    """Return panels with curves, the times that are shown first, and their name."""
+    """Return panels with curves, the initial time window, and the name of the time axis."""
     panels = []
     for name in dict.fromkeys([*_PANELS, *(curve.panel for curve in curves)]):
         lines = [_line(curve, window, colours) for curve in curves if curve.panel == name]
@@ -147,7 +147,7 @@ def _panels(
 
 
 def _own_curves(record: DriveRecord, zero: float) -> Iterator[Curve]:
-    """Yield travel, velocity and resistance over time."""
+    """Yield travel, velocity and resistance of a record over time."""
     raw, phase = record.raw, record.operation.phase
     time, doubtful = raw.time - zero, np.where(raw.doubts == "", np.nan, raw.whole)
     yield Curve("travel", phase, "travel", time, raw.sure)
@@ -175,7 +175,7 @@ def _other_channels(record: DriveRecord, sheet: Sheet, zero: float) -> Iterator[
 
 
 def _overlay(record: DriveRecord, other: Overlay, look: str, zero: float) -> Curve:
-    """Return another record where the record's own would be, both from their first motion on."""
+    """Return the curve of another record, aligned to this record at rest and first motion."""
     sign = 1.0 if record.motion == "closing" else -1.0
     travel = record.raw.segment.before + sign * other.good
     name = f"{look}: {printable(other.reference.operation.file).rpartition('/')[2]}"
@@ -191,14 +191,14 @@ def _line(curve: Curve, window: tuple[float, float], colours: Mapping[str, str])
 
 
 def _plain(values: np.ndarray) -> list[float | None]:
-    """Return numbers as JSON has them, with as many digits as a screen shows after a zoom."""
+    """Return numbers for JSON, rounded to 1e-4, which a screen resolves only after a zoom."""
     rounded = np.round(values.astype(float), 4)
     return np.where(np.isfinite(rounded), rounded, None).tolist()
 
 
 def thinned(curve: Curve, begin: float, end: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return times and values ``(m,)`` of a curve in a window and around it for as long: all, or
-    the least and the largest of each part.
+    """Return times and values ``(m,)`` of a curve in a window and one window width on both sides:
+    all samples, or the smallest and largest value of each part.
 
     >>> some = Curve("travel", "", "", np.arange(20_000.0), np.arange(20_000.0))
     >>> thinned(some, 0.0, 20_000.0)[0].size, thinned(some, 10.0, 19.0)[0].size
@@ -210,7 +210,7 @@ def thinned(curve: Curve, begin: float, end: float) -> tuple[np.ndarray, np.ndar
         parts = np.pad(kept, (0, -kept.size % (_MOST // 2)), "edge").reshape(_MOST // 2, -1)
         low = np.nan_to_num(curve.values, nan=np.inf)[parts].argmin(axis=1)
         high = np.nan_to_num(curve.values, nan=-np.inf)[parts].argmax(axis=1)
-        kept = np.union1d(*(parts[np.arange(len(parts)), at] for at in (low, high)))
+        kept = np.union1d(*(parts[np.arange(len(parts)), column] for column in (low, high)))
     return curve.time[kept], curve.values[kept]
 
 
@@ -218,7 +218,7 @@ def thinned(curve: Curve, begin: float, end: float) -> tuple[np.ndarray, np.ndar
 
 
 def marks_of(tab: Tab, diagnosis: Diagnosis) -> list[dict]:
-    """Return the events and the speed zone of each pole: a name, a phase, a colour, and points."""
+    """Return marks of events and speed zone of each pole: name, phase, colour, and points."""
     phases, marks = [record.operation.phase for record in tab.records], []
     colours = colours_of(phases, diagnosis.config["report"]["colours"])
     origins, _ = origins_of(tab)
@@ -234,10 +234,10 @@ def marks_of(tab: Tab, diagnosis: Diagnosis) -> list[dict]:
             "speed zone": speed_zone(estimate) or [np.nan],
         }
         known = np.isfinite(raw.sure)
-        for name, at in times.items():
-            if np.isfinite(at).all():
-                y = np.interp(at, raw.time[known], raw.sure[known])
-                x = np.asarray(at) - origins[id(record)]
+        for name, instants in times.items():
+            if np.isfinite(instants).all():
+                y = np.interp(instants, raw.time[known], raw.sure[known])
+                x = np.asarray(instants) - origins[id(record)]
                 about = {"name": name, "phase": record.operation.phase}
                 about["colour"] = colours[record.operation.phase]
                 marks.append(about | {"x": x.tolist(), "y": y.tolist()})

@@ -1,9 +1,9 @@
-"""The server of the page, for the browser and user of this machine alone.
+"""The server of the page, only for a browser and user on this machine.
 
-It listens at 127.0.0.1. An address with the token sets a cookie; without it nothing is answered,
-nor to a request that names another host or comes from another page. The content security policy
-lets no page load or send anything elsewhere, nor run a script that stands within it; tables bring
-their styles along.
+It listens at 127.0.0.1. An address with the token sets a cookie. The server refuses requests
+without this cookie, for another host, or from another page. The content security policy stops pages
+from loading from or sending to other servers, and from running inline scripts; inline styles are
+allowed for tables.
 """
 
 import asyncio
@@ -25,14 +25,14 @@ from breaker.page import views
 from breaker.page.session import MissingError, Session
 
 HOST = "127.0.0.1"
-"""The only address at which it listens: nobody beyond this machine reaches it."""
+"""Address of the server, which other machines cannot reach."""
 
 POLICY = (
     "default-src 'none'; script-src 'self'; style-src 'self' 'unsafe-inline'; "
     "img-src 'self' data:; connect-src 'self'; form-action 'self'; base-uri 'none'; "
     "frame-ancestors 'none'"
 )
-"""What a page may load, and where it may send anything."""
+"""Content security policy: sources from which a page may load, and targets it may send to."""
 
 _HEADERS = {
     "Content-Security-Policy": POLICY,
@@ -46,15 +46,15 @@ _DOOR = (
     '<!doctype html><meta http-equiv="refresh" content="0;url=/">'
     '<link rel="icon" href="/static/icon.svg"><a href="/">Open the page</a>'
 )
-_BODY = 2**20  # bytes of a request: a limit has a hundred, a query of many files more
+_BODY = 2**20  # most bytes of a request; a limit has a hundred, a query of many files more
 
 
 class PageServer:
     """The server of a session.
 
     Args:
-        session: What is shown.
-        port: Where it listens; 0 for a free one.
+        session: Folder, configuration and inspections to show.
+        port: Port of the server; 0 for a free one.
 
     Raises:
         OSError: If the port is in use.
@@ -69,23 +69,25 @@ class PageServer:
             raise OSError(f"port {port} is in use or may not be taken; {remedy}") from error
         self._socket.setblocking(False)
         self.port = self._socket.getsockname()[1]
-        # Curves and measured values do not wait for the model: one thread for each of both.
+        # Two threads, so that curves and measured values do not wait for the model.
         self.workers = {slow: ThreadPoolExecutor(max_workers=1) for slow in (False, True)}
 
     @property
     def address(self) -> str:
-        """The address that opens the page, with the token."""
+        """Address that opens the page, with the token."""
         return f"http://{HOST}:{self.port}/?token={self.token}"
 
     async def serve(self, ended: asyncio.Event, ready: Callable[[], None] = lambda: None) -> None:
-        """Answer until the event; what is being written by then is written to its end."""
-        logging.getLogger("tornado.access").setLevel(logging.CRITICAL)  # addresses hold the token
+        """Answer requests until the event ``ended``; complete answers that are being written."""
+        logging.getLogger("tornado.access").setLevel(
+            logging.CRITICAL
+        )  # addresses contain the token
         about, static = {"page": self}, {"page": self, "path": Path(__file__).with_name("static")}
         handlers = [(r"/static/(.*)", _Static, static), (r"/(.*)", _Views, about)]
         application = tornado.web.Application(handlers)
         server = tornado.httpserver.HTTPServer(application, max_buffer_size=_BODY)
         server.add_socket(self._socket)
-        try:  # whatever ends it: a thread of a worker that is not told would wait for ever
+        try:  # shut the workers down after any error, as their threads wait
             ready()
             self.workers[True].submit(views.warm, self.session)
             await ended.wait()
@@ -97,7 +99,7 @@ class PageServer:
 
 
 class _Handler(tornado.web.RequestHandler):
-    """Every answer: who may ask, and how errors are said."""
+    """Common part of all answers: access checks and error pages."""
 
     page: PageServer
 
@@ -143,13 +145,13 @@ class _Handler(tornado.web.RequestHandler):
         self.finish(views.error_page(text))
 
     def log_exception(self, kind: Any, error: BaseException | None, trace: Any) -> None:
-        """Print what is an error of this program; all else is said on the page."""
+        """Print errors of this program; the page shows other errors."""
         if not isinstance(error, ValueError | OSError | tornado.web.HTTPError | MemoryError):
             traceback.print_exception(kind, error, trace, file=sys.stderr)
 
 
 class _Static(_Handler, tornado.web.StaticFileHandler):
-    """Scripts and styles."""
+    """Handler of scripts and styles."""
 
     def initialize(self, page: PageServer, path: Path) -> None:
         super().initialize(str(path))
@@ -157,7 +159,7 @@ class _Static(_Handler, tornado.web.StaticFileHandler):
 
 
 class _Views(_Handler):
-    """Pages and data: which view answers."""
+    """Handler of pages and data, which calls the view of a path."""
 
     def initialize(self, page: PageServer) -> None:
         self.page = page
@@ -165,7 +167,7 @@ class _Views(_Handler):
     async def get(self, name: str) -> None:
         if not name and self.get_query_argument("token", None) is not None:
             self.set_cookie(self._cookie, self.page.token, httponly=True, samesite="Strict")
-            self.finish(_DOOR)  # with a redirect a browser would not send a strict cookie
+            self.finish(_DOOR)  # after a redirect a browser does not send a strict cookie
             return
         await self._answer("GET", name)
 
@@ -173,7 +175,7 @@ class _Views(_Handler):
         await self._answer("POST", name)
 
     async def _answer(self, method: str, name: str) -> None:
-        """Answer by a view on a worker, while other windows are answered."""
+        """Run a view on a worker, so that other windows get answers meanwhile."""
         if (view := views.VIEWS.get((method, name))) is None:
             raise tornado.web.HTTPError(404)
         stream = self.request.connection.stream

@@ -1,4 +1,4 @@
-"""What a page knows: the files of a folder, and inspections as the commands read and judge them."""
+"""State of a page: files of a folder, and inspections, read and judged as by the commands."""
 
 import json
 import os
@@ -28,25 +28,25 @@ from breaker.records.settings import FORMAT
 from breaker.records.sheet import Sheet
 from breaker.records.table_proposal import Description
 
-_KEPT = 2  # results of each kind that are kept, so that going back to an inspection is quick
-_LOOKS = 0.5  # s, for which files of a list are described before it is shown again
-_TRAVEL = "travel_column"  # it chooses among several channels, also where it is the proposed one
+_KEPT = 2  # results kept of each kind, so that going back to an inspection is fast
+_LOOKS = 0.5  # s; longest time for describing files before the list is shown again
+_TRAVEL = "travel_column"  # kept even if equal to the proposal, as it selects among channels
 
 
 @dataclass(frozen=True, eq=False)
 class Shown:
-    """An inspection as a page shows it.
+    """An inspection on a page.
 
     Attributes:
-        choices: What was chosen, without settings that change nothing.
-        overlay: Keys of a configuration that repeat it.
-        rows: Form of the import settings.
+        choices: Choices of the user, without settings that change nothing.
+        overlay: Keys of a configuration that reproduce the inspection.
+        rows: Rows of the import settings.
         remarks: Remarks on the proposal.
-        trouble: Reason why nothing can be read; empty if it can.
-        diagnosis: The inspection; None if there is trouble.
-        source: The diagnosis whose estimates and changes it has, as limits change neither.
+        trouble: Reason why no motion can be read; empty if one can.
+        diagnosis: Diagnosis of the inspection; None if there is trouble.
+        source: Diagnosis with the same estimates and changes, which do not depend on limits.
         sheet: Contents of the first file, if it can be read.
-        files: Its files, opened.
+        files: Opened files.
     """
 
     choices: Choices
@@ -61,14 +61,14 @@ class Shown:
 
     @cached_property
     def measured(self) -> Diagnosis:
-        """The inspection without the model's answer; ValueError if nothing can be used."""
+        """Inspection without results of the model; raise a ValueError if no record can be used."""
         if self.diagnosis is None:
             raise ValueError(self.trouble)
         return replace(self.diagnosis, families=tuple)
 
     @cached_property
     def complete(self) -> Diagnosis:
-        """The inspection with the model's answer and changes; raise as ``measured``."""
+        """Inspection with results of the model and changes; raise as ``measured``."""
         if self.diagnosis is None:
             raise ValueError(self.trouble)
         inferred = {"estimates": self.source.estimates, "changes": self.source.changes}
@@ -83,13 +83,13 @@ class MissingError(ValueError):
 
 
 class Session:
-    """A folder or a file, the configuration of the command line, and what was read last.
+    """A folder or a file, the configuration of the command line, and the last results.
 
     Args:
-        named: The folder or file.
-        config: The configuration.
-        limits: Entries of its section ``limits`` that count.
-        types: File of types where the configuration names none.
+        named: Folder or file.
+        config: Configuration.
+        limits: Entries of the section ``limits`` to use.
+        types: File of types if the configuration names none.
 
     Raises:
         OSError: If the folder cannot be read.
@@ -100,7 +100,7 @@ class Session:
     ) -> None:
         self.named, self.config, self.limits = named, config, limits
         if os.path.isdir(named):
-            os.listdir(named)  # one that may not be read is refused before a page is opened
+            os.listdir(named)  # raises an error for an unreadable folder before a page opens
         elif not os.path.exists(named):
             raise FileNotFoundError(f"there is no {printable(named)}; name a folder of exports")
         self.types = config["types"] or os.path.abspath(types)
@@ -109,7 +109,7 @@ class Session:
         self._described: dict[tuple, Description] = {}
 
     def _once(self, kind: str, key: Hashable, find: Callable[[], Any]) -> Any:
-        """Return what was found before, or is found now, by one thread at a time."""
+        """Return the kept result for a key, or call ``find`` for it, in one thread at a time."""
         with self._lock:
             kept = self._kept[kind]
             if key not in kept:
@@ -125,7 +125,7 @@ class Session:
         """Return paths of all files by identifier.
 
         Raises:
-            MissingError: If the folder is not there any more.
+            MissingError: If the folder no longer exists.
         """
         if os.path.isdir(self.named):
             return find_files(Path(self.named))
@@ -137,8 +137,8 @@ class Session:
         )
 
     def inspections(self, look: bool = False) -> list[Inspection]:
-        """Return the inspections of the list. With ``look``, files are described for half a second
-        at most, so that the list is shown at once; those not described yet are ``seen`` later.
+        """Return the inspections of the list. With ``look``, describe files for at most half a
+        second, so that the list appears at once; later calls describe the other files.
         """
         files, about = self.files(), {}
         end = time.monotonic() + (_LOOKS if look else 0.0)
@@ -156,7 +156,7 @@ class Session:
     # ---- an inspection ----
 
     def shown(self, choices: Choices) -> Shown:
-        """Return an inspection; it is read once for the same files and choices.
+        """Return an inspection, which is read once for the same files and choices.
 
         Raises:
             MissingError: If a file is not, or no longer, in the list.
@@ -169,7 +169,7 @@ class Session:
         return self._once("shown", key, lambda: self._read(choices, files, before, opened))
 
     def _paths(self, identities: Sequence[str]) -> list[str]:
-        """Return the paths of files."""
+        """Return the paths of files by their identifiers."""
         files = self.files() if identities else {}
         if lost := [name for name in identities if name not in files]:
             raise MissingError(
@@ -179,7 +179,7 @@ class Session:
         return [files[name] for name in identities]
 
     def type_of(self, choices: Choices) -> str:
-        """Return the type of the breaker: the one that is chosen, or else stated by its file."""
+        """Return the chosen type of the breaker, or else the type that its file states."""
         first = self._paths(choices.files)[0]
         if choices.type or os.path.isdir(first):
             return choices.type
@@ -190,16 +190,16 @@ class Session:
         first = next(iter(record_files(files[0])), "") if os.path.isdir(files[0]) else files[0]
         sheet, proposal, trouble = _propose(first, opened, self.config["sensor"])
         base = {**FORMAT, **own}
-        if own != FORMAT:  # the user's settings count, not the proposed ones
+        if own != FORMAT:  # settings of the user replace the proposal
             proposal = None
         if proposal:
             base |= {**proposal.settings, **dict.fromkeys(proposal.lacking)}
         name, types = self.type_of(choices), read_types(self.types, self.config)
-        entry = next((some for known, some in types.items() if bare(known) == bare(name)), None)
+        entry = next((e for known, e in types.items() if bare(known) == bare(name)), None)
         chosen = {k: v for k, v in choices.settings.items() if v != base[k] or k == _TRAVEL}
         choices = choices._replace(settings=chosen)
         if {"ratio", "travel_unit", _TRAVEL} & {*chosen, *(entry or ())}:
-            base["stroke"] = FORMAT["stroke"]  # the proposal's is of its own scale
+            base["stroke"] = FORMAT["stroke"]  # the proposed stroke is in the proposed scale
         form = {key: value for key, value in {**base, **chosen}.items() if value != own[key]}
         of_types = self.types if entry is not None or (types and not name) else None
         overlay = {"types": of_types} | ({"endurance": {"format": form}} if form else {})
@@ -223,8 +223,8 @@ class Session:
         overlay: Mapping[str, Any],
         opened: Files,
     ) -> tuple[Diagnosis, Diagnosis]:
-        """Return the inspection, and the one of the same files and settings, apart from limits,
-        whose records it has.
+        """Return the inspection, and the diagnosis of the same files and settings (except limits)
+        from which it takes its records.
         """
         config = merge(self.config, overlay)
         check(config, curves=False)
@@ -248,7 +248,7 @@ class Session:
 def _propose(
     file: str | Path, files: Files, sensor: Mapping
 ) -> tuple[Sheet | None, Proposal | None, str]:
-    """Return the contents of a file, the proposal for it, and why there is none."""
+    """Return the contents of a file, the proposed settings, and the reason if there are none."""
     sheet = None
     try:
         sheet = look_into(files[file])
@@ -259,7 +259,7 @@ def _propose(
 
 
 def _state(path: str) -> tuple:
-    """Return the state of a file or folder, which changes with its contents."""
+    """Return a key of a file or folder that changes with its contents."""
     try:
         state = os.stat(path)
     except OSError:

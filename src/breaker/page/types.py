@@ -17,7 +17,7 @@ from breaker.records.files import read_bytes
 
 
 def read_types(file: str, config: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
-    """Return the entries of a file of types; none where there is no file yet.
+    """Return the entries of a file of types; none if there is no file.
 
     Raises:
         ConfigurationError: If an entry is wrong.
@@ -48,7 +48,7 @@ def set_of_type(
 
 
 def _number(text: str) -> float | str | None:
-    """Return a text as a number if it is one; None of an empty one."""
+    """Return a text as a number if possible; None if empty."""
     try:
         return float(text.replace(",", "."))
     except ValueError:
@@ -56,7 +56,7 @@ def _number(text: str) -> float | str | None:
 
 
 def _write(file: str, config: Mapping[str, Any], types: Mapping[str, Any]) -> None:
-    """Write types once they have been checked; the file before is kept beside it."""
+    """Check and write types; keep the previous file as ``.before``."""
     part, text = Path(f"{file}.new"), yaml.safe_dump(types, sort_keys=False, allow_unicode=True)
     try:
         part.write_text(text, encoding="utf-8")

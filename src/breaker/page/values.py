@@ -20,9 +20,9 @@ class Row(NamedTuple):
         name, words: Name of the quantity, in code and in words.
         about: Zone of a speed.
         cells: Value of each phase, with the tone of its verdict.
-        verdict: Verdict on it; empty without a limit.
-        half, unit: Half of the widest 95 % interval, and unit.
-        low, high: Bounds of its limit, as texts; empty for none.
+        verdict: Verdict on the quantity; empty without a limit.
+        half, unit: Half width of the widest 95 % interval, and unit.
+        low, high: Bounds of the limit, as texts; empty without a bound.
     """
 
     name: str
@@ -37,7 +37,7 @@ class Row(NamedTuple):
 
 
 def table_of(tab: Tab, diagnosis: Diagnosis) -> dict[str, Any]:
-    """Return the table of a tab, as its template takes it: phases, rows, reasons of missing values,
+    """Return the table of a tab for its template: phases, rows, reasons of missing values,
     simultaneity, and the zone of the speed.
     """
     every = zip(diagnosis.estimates, diagnosis.result["records"], strict=True)
@@ -84,20 +84,20 @@ def _row(name: str, values: Sequence[Mapping], records: Sequence[RecordResult]) 
 
 
 def _limit_on(name: str, record: RecordResult) -> Mapping[str, Any] | None:
-    """Return the limit on a quantity alone, of a record; of several the one of worst verdict."""
+    """Return a record's limit on this quantity only; of several, the one with the worst verdict."""
     limits = [limit for limit in record.get("limits", ()) if _alone(limit) == name]
     return max(limits, key=lambda limit: VERDICTS.index(limit["verdict"]), default=None)
 
 
 def _alone(limit: Mapping) -> str:
-    """Return the quantity of a limit on a single one; empty for several."""
+    """Return the quantity of a limit on one quantity; empty for a limit on several."""
     return limit["parts"][0]["quantity"] if len(limit["parts"]) == 1 else ""
 
 
 def other_limits(
     tables: Sequence[Mapping], records: Sequence[RecordResult]
 ) -> Iterator[tuple[str, Mapping]]:
-    """Yield phase and verdict of limits that have no row in the tables."""
+    """Yield phase and limit for limits without a row in the tables."""
     shown = {row.name for table in tables for row in table["rows"]}
     for record in records:
         for limit in record.get("limits", ()):

@@ -1,7 +1,7 @@
-"""What the page answers to each request: HTML by templates, and data as JSON.
+"""Answers of the page to requests: HTML from templates, and data as JSON.
 
-Every text of a file is escaped. A view reads what is asked, and returns an answer; it knows nothing
-of the server, so tests call it without one.
+All texts from files are escaped. A view maps a request to an answer. It does not depend on the
+server, so tests call it without one.
 """
 
 import json
@@ -45,7 +45,7 @@ class Asked(NamedTuple):
 
     @property
     def shown(self) -> Shown:
-        """The inspection that is asked for; MissingError if no file is named."""
+        """Requested inspection; raise a MissingError if no file is named."""
         choices = read_choices(self.query)
         if not choices.files:
             raise MissingError("no file is named; open an inspection of the list")
@@ -73,12 +73,12 @@ def _page(name: str, **about: object) -> str:
 
 
 def error_page(text: str) -> str:
-    """Return a page that says what is wrong."""
+    """Return a page that states an error."""
     return _page("error.html", text=visible_text(text))
 
 
 def _list(asked: Asked) -> Answer:
-    """The list of inspections; with ``look``, further files are described."""
+    """Return the list of inspections; with ``look``, describe further files."""
     inspections = asked.session.inspections(look="look" in asked.query)
     groups: dict[str, list[Inspection]] = {}
     for inspection in inspections:
@@ -99,7 +99,7 @@ def _list(asked: Asked) -> Answer:
 
 
 def _verdict(asked: Asked) -> Answer:
-    """The verdict on an inspection of the list, from measured values."""
+    """Return the verdict on an inspection of the list, from measured values."""
     try:
         result = asked.shown.measured.result
     except (ValueError, OSError) as error:
@@ -112,7 +112,7 @@ def _verdict(asked: Asked) -> Answer:
 
 
 def _inspection(asked: Asked) -> Answer:
-    """The page of an inspection: all that is known before anything is measured."""
+    """Return the page of an inspection, without curves, values and results of the model."""
     session, shown = asked.session, asked.shown
     chosen, diagnosis = shown.choices, shown.diagnosis
     every = session.inspections()
@@ -141,7 +141,7 @@ def _inspection(asked: Asked) -> Answer:
 
 
 def _curves(asked: Asked) -> Answer:
-    """The curves of a motion, or of all columns of a file that cannot be read."""
+    """Return the curves of a motion, or all columns of a file without a readable motion."""
     shown, number = asked.shown, asked.query.get("tab", [""])[-1]
     if shown.diagnosis is None:
         if shown.sheet is None:
@@ -154,8 +154,8 @@ def _curves(asked: Asked) -> Answer:
 
 
 def _results(asked: Asked, *, with_model: bool) -> Answer:
-    """Values, limits, verdicts, and marks on curves; once the model has answered, with its state of
-    the drive and the changes.
+    """Return values, limits, verdicts, and marks on curves; ``with_model`` also the inferred state
+    of the drive and the changes.
     """
     diagnosis = asked.shown.complete if with_model else asked.shown.measured
     result, tabs = diagnosis.result, curves.tabs_of(diagnosis.records)
@@ -180,20 +180,20 @@ def _results(asked: Asked, *, with_model: bool) -> Answer:
 
 
 def _document(tables: list[Table]) -> Markup:
-    """Return tables as HTML, which escapes its texts."""
-    some = [table for table in tables if table.rows or table.notes]
-    return Markup("".join(map(html_part, some)))
+    """Return tables as HTML with escaped texts."""
+    filled = [table for table in tables if table.rows or table.notes]
+    return Markup("".join(map(html_part, filled)))
 
 
 def _sheet(asked: Asked) -> Answer:
-    """The sheet, as ``breaker report`` writes it."""
+    """Return the report that ``breaker report`` writes."""
     from breaker.figures.reports import report_page  # matplotlib loads for half a second
 
     return report_page(report_of(asked.shown.complete))
 
 
 def _set(asked: Asked) -> Answer:
-    """A limit or speed zone of a type."""
+    """Set a limit or speed zone of a type."""
     session, about = asked.session, json.loads(asked.body)
     name, key, ends = (about.get(part) for part in ("type", "key", "ends"))
     types.set_of_type(session.types, session.config, str(name), str(key), [str(e) for e in ends])
@@ -201,7 +201,7 @@ def _set(asked: Asked) -> Answer:
 
 
 def warm(session: Session) -> None:
-    """Import and compile what an inspection needs, while the user looks at the list."""
+    """Import and compile the modules of an inspection while the user looks at the list."""
     compile_now()
     with suppress(ValueError, OSError, StopIteration):
         file = next(name for name, path in session.files().items() if os.path.isfile(path))
@@ -222,4 +222,4 @@ VIEWS = {
 """Views by method and path."""
 
 SLOW = ("verdict", "model", "sheet")
-"""Paths of answers that may take long."""
+"""Paths of slow answers."""

@@ -1,4 +1,4 @@
-"""What rules and scripts share: the start of a job, chunks, and the modules a script depends on.
+"""Functions for rules and scripts: start of a job, chunks, and modules that a script depends on.
 
-Snakemake imports this before every job, so it imports torch and numba only when they are used.
+Snakemake imports this package before every job, so it imports torch and numba only when needed.
 """

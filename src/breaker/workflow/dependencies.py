@@ -1,7 +1,7 @@
-"""The modules that a script of the workflow depends on, as inputs of its rule.
+"""Modules that a script of the workflow depends on, as inputs of its rule.
 
-Snakemake looks at the script alone; named as inputs, modules count too, by their content. A script
-depends on the modules that it imports, and on what these import in turn.
+Snakemake detects changes of the script only. With modules as inputs, their changes also rerun a
+rule. A script depends on the modules that it imports, directly or through other modules.
 """
 
 import ast
@@ -15,7 +15,7 @@ _PACKAGE = Path(__file__).resolve().parents[1]
 def modules_of(script: str | Path, *, itself: bool = False) -> list[str]:
     """Return the files of the package that a script imports, directly or not, and ``itself``.
 
-    Sorted; those below the working directory are relative to it, so that a project can be moved.
+    Paths are sorted, and relative below the working directory, so that a project can be moved.
     """
     waiting = [Path(script).resolve()]
     modules = set(waiting if itself else [])
@@ -29,7 +29,7 @@ def modules_of(script: str | Path, *, itself: bool = False) -> list[str]:
 
 @cache
 def _imported(file: Path) -> set[Path]:
-    """Return files of the package that a file itself imports, packages on the way too."""
+    """Return files of the package that a file imports directly, with their parent packages."""
     if file.suffix != ".py":
         return set()
     names = _names(ast.parse(file.read_text(encoding="utf-8")))
@@ -37,19 +37,19 @@ def _imported(file: Path) -> set[Path]:
 
 
 def _names(node: ast.AST) -> Iterator[str]:
-    """Yield dotted names that are imported below a node, but under ``if TYPE_CHECKING:``."""
+    """Yield dotted names that are imported below a node, except under ``if TYPE_CHECKING:``."""
     for child in ast.iter_child_nodes(node):
         if isinstance(child, ast.Import | ast.ImportFrom):
             above = f"{child.module}." if isinstance(child, ast.ImportFrom) else ""
             yield from (above + alias.name for alias in child.names)
         elif not isinstance(child, ast.stmt | ast.excepthandler | ast.match_case):
-            continue  # an expression, which holds no import
+            continue  # an expression contains no import
         elif not (isinstance(child, ast.If) and ast.unparse(child.test) == "TYPE_CHECKING"):
             yield from _names(child)
 
 
 def _files(name: str) -> Iterator[Path]:
-    """Yield the files of a dotted name: packages, and a module with its template and its data."""
+    """Yield the files of a dotted name: packages, and a module with its template and data."""
     package, *parts = name.split(".")
     place = _PACKAGE
     for part in ["", *parts] if package == "breaker" else []:

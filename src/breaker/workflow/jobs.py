@@ -1,4 +1,4 @@
-"""What jobs of the workflow share: chunks, logging and checkpoints."""
+"""Functions for jobs of the workflow: chunks, logging and checkpoints."""
 
 import logging
 import sys
@@ -10,9 +10,9 @@ from breaker.common.compiling import set_threads
 
 
 def checkpoint_of(output: str | Path, ending: str) -> Path:
-    """Return where a job keeps its state: as its output, but in ``checkpoints``.
+    """Return the checkpoint file of a job: the path of its output, but in ``checkpoints``.
 
-    Snakemake removes the outputs of a job that fails, and knows nothing of this file.
+    Snakemake removes the outputs of a failed job, but not this file.
 
     >>> checkpoint_of("drive/results/models/closing.safetensors", ".pt").as_posix()
     'drive/checkpoints/models/closing.pt'
@@ -22,11 +22,11 @@ def checkpoint_of(output: str | Path, ending: str) -> Path:
 
 
 def chunks_of(numbers: Iterable[int], size: int) -> dict[str, list[int]]:
-    """Sort numbers of operations into chunks by name, each a job: number 1 to ``size``, and so on.
+    """Sort numbers of operations into chunks by name, one chunk a job: numbers 1 to ``size``, etc.
 
-    An operation that is appended leaves all earlier chunks as they are, and the operations of one
-    number are in the same chunk in both motions. Empty chunks are left out, and numbers that stand
-    twice are taken once; number 0 is with number 1.
+    Appended operations do not change earlier chunks, and operations of one number are in the same
+    chunk in both motions. Empty chunks are left out, repeated numbers count once, and number 0 is
+    in the chunk of number 1.
 
     >>> chunks_of([1, 2, 3, 4, 11], size=3)
     {'000': [1, 2, 3], '001': [4], '003': [11]}
@@ -38,7 +38,7 @@ def chunks_of(numbers: Iterable[int], size: int) -> dict[str, list[int]]:
 
 
 def start(job: object) -> logging.Logger:
-    """Set up the job of an object ``snakemake``, with as many threads as its rule has.
+    """Set up the job of an object ``snakemake``, with the threads of its rule.
 
     Messages and an uncaught exception go to the rule's log file and to stderr.
     """
