@@ -7,23 +7,23 @@ endif
 
 VENV := .venv
 BIN := $(CURDIR)/$(VENV)/bin
-# An environment contains its path: one of a folder that was moved is made again.
+# An environment contains its path, so it is made again after a move of the folder.
 OTHERS := test -f $(VENV)/pyvenv.cfg && test ! -L $(VENV) && ! grep -qF '$(CURDIR)/' $(VENV)/pyvenv.cfg
 MOVED := $(shell $(OTHERS) && echo moved)
 LOCK := envs/requirements.lock
-# One stamp for what is pinned, one for the package: a changed lock builds the environment anew,
-# so that nothing is in it but the lock; a changed pyproject.toml only installs the package again.
+# Stamps of the locked packages and of the package itself: a changed lock rebuilds the environment,
+# so that it only contains the lock; a changed pyproject.toml only reinstalls the package.
 PINNED := $(VENV)/.pinned
 INSTALLED := $(VENV)/.installed
 
-# The lock is complete, so whatever it does not name is not installed.
+# The lock is complete, so no other package is installed.
 LOCKED := $(BIN)/python -m pip install --quiet --require-hashes --no-deps
 TORCH := $(shell grep -o '^torch==[^ ]*' $(LOCK))
 
-# The interpreter behind $(PYTHON), which may be that of the very environment to be made anew.
+# The interpreter behind $(PYTHON), which may be a link in the environment that is rebuilt.
 REAL := import os, sys; print(os.path.realpath(sys.executable))
 
-# Rules and tests that start `python` or `snakemake` find those of the environment.
+# Rules and tests that start `python` or `snakemake` use the environment's.
 export PATH := $(BIN):$(value PATH)
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
@@ -73,7 +73,7 @@ test-browser: $(INSTALLED)
 	$(LOCKED) --target build/axe --upgrade --requirement envs/axe.lock
 	$(BIN)/python -m tests.browser.walk
 
-# The plugin lies beside the environment, in which is nothing but its lock.
+# The plugin is outside the environment, which only contains its lock.
 test-slurm: $(INSTALLED)
 	@echo "== the small workflow through a Slurm of this machine"
 	$(LOCKED) --target build/slurm --upgrade --requirement envs/slurm.lock
@@ -114,14 +114,14 @@ $(PINNED): $(LOCK) $(MOVED)
 	  echo "On Debian and Ubuntu: apt install python3-venv" >&2; exit 1; }
 	@echo "== making $(VENV) from $(LOCK) (a few minutes, only when the lock has changed)"
 	base=$$($(PYTHON) -c '$(REAL)') && "$$base" -m venv --clear $(CURDIR)/$(VENV)
-	@# What builds the few packages that come as source alone, so that pip fetches no other for it.
+	@# setuptools builds the few packages without wheels, so that pip fetches no other version.
 	awk '/^setuptools==/,!/\\$$/' $(LOCK) | $(LOCKED) --requirement /dev/stdin
-	@# A wheel of torch in a folder that this machine tells pip to find links in is taken as it is:
-	@# such a wheel (mostly the one for the CPU alone) differs from machine to machine, so no lock can
-	@# know it, and who put it there answers for it. Without one, torch is of the lock, as all else.
+	@# A wheel of torch in a folder of pip's setting find-links is installed unchecked. Such a wheel,
+	@# mostly for the CPU only, differs between machines, so no lock can contain its hash. Without
+	@# such a wheel, torch comes from the lock.
 	$(BIN)/python -m pip install --quiet --no-index --no-deps $(TORCH) 2>/dev/null || true
 	$(LOCKED) --no-build-isolation --use-pep517 --requirement $(LOCK)
-	@# On Linux, torch of the lock asks for gigabytes more, which it pins itself; else for nothing.
+	@# On Linux, the lock's torch needs gigabytes of packages that it pins itself; elsewhere none.
 	$(BIN)/python -m pip install --quiet $(TORCH)
 	@touch $@
 

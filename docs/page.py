@@ -2,8 +2,8 @@
 
     python docs/page.py      # needs Debian's chromium and chromium-driver
 
-The page is what `breaker view --example` shows of the newest inspection over the earlier one, once
-a limit on its speed has been set, which it fails. The report judges the same inspection.
+The page is `breaker view --example` with the newest inspection over the earlier one, after setting
+a limit on its speed, which it fails. The report judges the same inspection.
 """
 
 import re
@@ -63,7 +63,7 @@ def show_report(browser: Browser, folder: Path) -> None:
 
 
 def draw(show: Callable, size: tuple[int, int], target: Path) -> None:
-    """Show something in a window of a size, in pixels, and keep the picture in few colours."""
+    """Call ``show`` in a window of ``size`` pixels, and write the picture with few colours."""
     with TemporaryDirectory() as name:
         browser = Browser(Path(name), size)
         try:

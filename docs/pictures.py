@@ -1,11 +1,11 @@
 """Draw the pictures of the pages.
 
     python docs/pictures.py results    # take the data from the last run of the defaults, then draw
-    python docs/pictures.py            # draw what was taken
+    python docs/pictures.py            # draw the data in pictures.json
 
 The data are in ``pictures.json``: the simulated endurance test, a comparison of two inspections,
-and a record of each motion. ``pictures.sha256`` has a checksum of the data of each picture and of
-the module that draws it. A test compares these checksums, so that no picture is out of date.
+and a record of each motion. ``pictures.sha256`` has a checksum per picture, of the data and of the
+module that draws it. A test compares these checksums, so that no picture is out of date.
 ``docs/page.py`` takes the pictures of the page and of a report in a browser.
 """
 
@@ -47,7 +47,7 @@ MODULES = {
     "pictures/comparison.png": f"{FIGURES}/reports.py",
     "pictures/evolution.png": f"{FIGURES}/life.py",
 }
-"""The module that draws a picture."""
+"""Module that draws a picture, by the picture's file."""
 
 _LIFE = ["value", "new"]
 _STANDING = ["state", "p_exceeded", "service_by", "recommended_since", "remaining", "certain"]
@@ -61,7 +61,7 @@ _SHOWN = 60  # operations of a life in the picture of its evolution
 
 
 def of_run(results: Path) -> dict:
-    """Return the end of a life, as the figure of the verdict takes it, and its evolution."""
+    """Return the end of a life, for the figure of the verdict, and its evolution."""
     life = open_store(results / "life.zarr")
     standing = open_store(results / "standing.zarr").isel(operation=[-1])
     words = json.loads((results / "verdict.json").read_text(encoding="utf-8"))
@@ -85,7 +85,7 @@ def _evolution(life: xr.Dataset, results: Path) -> dict:
 
 
 def _plain(data: xr.Dataset, names: list[str]) -> dict:
-    """Variables of a dataset with all its coordinates, as JSON has them."""
+    """Return variables of a dataset with all its coordinates, as values for JSON."""
     return data.drop_vars(set(data.data_vars) - {*names}).load().drop_attrs().to_dict()
 
 

@@ -2,9 +2,9 @@
 
     python docs/restate.py
 
-A paragraph or table that states numbers of the run has a comment above it that names every number
-in it, in order: by its name in numbers.csv (the default run), by this name after ``paper.`` in
-paper_numbers.csv (the paper's setting), or as it stands where it is not a number of a run.
+A paragraph or table with numbers of a run has a comment above it that names all its numbers, in
+order: by the name in numbers.csv (the default run), by this name after ``paper.`` in
+paper_numbers.csv (the paper's setting), or by its value if it is not a number of a run.
 Names that begin with ``tables.`` are numbers from the tables of the studies, see ``from_tables``.
 
     <!-- numbers: closing.gap closing.gap_se 95 -->
@@ -31,7 +31,7 @@ _CODE = re.compile(r"```.*?```|`[^`\n]*`", re.S)
 
 
 def read() -> dict[str, str]:
-    """Return the numbers of both runs by name, as they are to be written."""
+    """Return the numbers of both runs by name, as texts."""
     result = {}
     for prefix, table in (("", "numbers.csv"), ("paper.", "paper_numbers.csv")):
         with (DOCS / table).open(encoding="utf-8", newline="") as file:
@@ -40,7 +40,7 @@ def read() -> dict[str, str]:
 
 
 def _rows(table: str, **values: str) -> list[dict[str, str]]:
-    """Return the rows of a table of a study that have these values."""
+    """Return the rows of a table of a study with these values."""
     with (DOCS / table).open(encoding="utf-8", newline="") as file:
         rows = [*csv.DictReader(file)]
     return [row for row in rows if all(row[name] == value for name, value in values.items())]
@@ -77,15 +77,15 @@ def from_tables() -> dict[str, str]:
 
 
 def restated(text: str, numbers: Mapping[str, str]) -> str:
-    """Return a text with the numbers of its marked paragraphs put right.
+    """Return a text with the numbers of its marked paragraphs corrected.
 
     Args:
         text: Markdown.
         numbers: Values by name.
 
     Raises:
-        ValueError: If a name is unknown, or a comment and its paragraph differ in how many numbers
-            there are, or in a number that is not of the run.
+        ValueError: If a name is unknown, or a comment and its paragraph differ in the count of
+            numbers, or in a number that is not of the run.
     """
     return _MARKED.sub(lambda match: _block(match, numbers), text)
 
@@ -116,7 +116,7 @@ def _block(match: re.Match, numbers: Mapping[str, str]) -> str:
 
 
 def main() -> int:
-    """Put all pages right, and say which have changed."""
+    """Correct the numbers of all pages, and print which pages have changed."""
     numbers = read()
     for page in PAGES:
         old = page.read_text(encoding="utf-8")

@@ -43,7 +43,7 @@ def check_text(text: str) -> Iterator[str]:
 
 
 def check_names(file: Path) -> Iterator[str]:
-    """Yield the identifiers, tokens of type 1, of a file of code that must not occur."""
+    """Yield the banned identifiers (tokens of type 1) of a file of code."""
     with tokenize.open(file) as code:
         names = {t.string for t in tokenize.generate_tokens(code.readline) if t.type == 1}
     banned = (name for name in names if NAMES & {name, *name.split("_")} or name in VAGUE)

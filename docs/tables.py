@@ -2,8 +2,8 @@
 
     python docs/tables.py
 
-A page has the mark ``<!-- table: NAME -->`` above each table; the function of that name makes its
-rows, of which the first is the header.
+A page has the mark ``<!-- table: NAME -->`` above each table. The function NAME returns the rows of
+the table, with the header first.
 """
 
 import csv
@@ -29,7 +29,7 @@ def read(name: str) -> list[dict[str, str]]:
 
 
 def runs() -> dict[str, str]:
-    """Return the numbers of the default run, and after "paper." of the paper's setting."""
+    """Return the numbers of the default run, and of the paper's setting with "paper." before."""
     both = {"": read("numbers"), "paper.": read("paper_numbers")}
     return {prefix + row["name"]: row["value"] for prefix, rows in both.items() for row in rows}
 
@@ -40,7 +40,7 @@ def percent(share: str | float) -> str:
 
 
 def _of_both(rows: Mapping[str, str]) -> Rows:
-    """Return rows of what a name of ``runs`` ends with, in both settings and motions."""
+    """Return table rows for ends of names of ``runs``, in both settings and motions."""
     numbers, settings = runs(), ("paper.", "")
     table = [["", "paper's setting: closing", "opening", "default: closing", "opening"]]
     for word, name in rows.items():
@@ -126,7 +126,7 @@ def sharpness() -> Rows:
 
 
 def independent() -> Rows:
-    """Coverage of 95 % intervals for drives of the independent simulator, the worst output."""
+    """Coverage of 95 % intervals for drives of the independent simulator, for the worst output."""
     every = [row for row in read("other_code") if row["of"] == "level"]
     table = [["drives", "closing", "opening", "both motions", "touch, both", "separation, both"]]
     for group in dict.fromkeys(row["group"] for row in every):
@@ -141,7 +141,7 @@ def independent() -> Rows:
 
 
 def detected() -> Rows:
-    """Changes of drives of the independent simulator that are reported."""
+    """Reported changes of drives of the independent simulator."""
     changes = [row for row in read("other_code") if row["of"] == "change"]
     every = {(row["drives"], row["name"]): row for row in changes}
     names = [name for name in NAMES if name != "mu"]
@@ -161,7 +161,7 @@ def real_shapes() -> Rows:
 
 
 def force_or_ratio() -> Rows:
-    """Changes of one parameter or of the ratio, and what is reported of them."""
+    """Changes of one parameter or of the ratio, and reported parameters."""
     words = {"f": "closing force", "k_a": "opening spring", "gamma_a": "damping of the drive"}
     words |= {"L": "contact gap", "ratio": "ratio"}
     rows, table = read("force_or_ratio"), [["change", "drives", "reported", "same transducer"]]
@@ -263,7 +263,7 @@ def _interval(row: Mapping[str, str]) -> str:
 
 
 def placed(text: str) -> str:
-    """Return a page with its tables as the files have them."""
+    """Return a page with tables from the files."""
 
     def table(match: re.Match) -> str:
         head, *rows = globals()[match[2]]()
@@ -274,7 +274,7 @@ def placed(text: str) -> str:
 
 
 def main() -> int:
-    """Put the tables of all pages right."""
+    """Update the tables of all pages."""
     for page in PAGES:
         page.write_text(placed(page.read_text(encoding="utf-8")), encoding="utf-8")
     return 0

@@ -1,10 +1,10 @@
-"""Run the commands of pages, and write the numbers that they print into the pages.
+"""Run the commands of pages, and write the numbers of their output into the pages.
 
     python docs/walk.py
 
-A block of commands (```sh) may be followed by blocks of its output (```text), in which `...`
-stands for any lines. A shown line may differ from the output in numbers only, which are put right;
-any other difference is an error. Tests and `make dist` run the same commands.
+Blocks of output (```text) may follow a block of commands (```sh); `...` in them matches any lines.
+A shown line may differ from the output only in numbers, which are corrected. Any other difference
+is an error. Tests and `make dist` run the same commands.
 """
 
 import os
@@ -27,7 +27,7 @@ exec "{python}" -c "from breaker.cli import main; exit(main())" "$@"
 
 
 class Step(NamedTuple):
-    """Commands, and the blocks of their output that the page shows."""
+    """Commands, and the blocks of their output on the page."""
 
     commands: str
     shown: list[str]
@@ -53,8 +53,8 @@ def run(
     """Run all commands of a page in a folder, and yield the steps with their output.
 
     Args:
-        python: Interpreter in whose environment the package is.
-        environment: Variables of the commands, besides those that are set here.
+        python: Interpreter of an environment with the package.
+        environment: Variables of the commands, in addition to variables set here.
 
     Raises:
         RuntimeError: If a command fails.
@@ -79,7 +79,7 @@ def run(
 
 
 def as_printed(shown: str, output: str) -> str:
-    """Return a shown block with the numbers of the output; `...` stands for any lines.
+    """Return a shown block with the numbers of the output; `...` matches any lines.
 
     Raises:
         ValueError: If the output lacks a line, or has the line at another place.
@@ -101,7 +101,7 @@ def words(line: str) -> str:
 
 
 def main() -> int:
-    """Put the numbers of all pages right."""
+    """Correct the numbers of all pages."""
     for page in PAGES:
         new = text = page.read_text(encoding="utf-8")
         with TemporaryDirectory() as name:

@@ -1,6 +1,6 @@
 """Write the files of defaults, the JSON schema and the page of settings from the classes.
 
-Called by ``make defaults``, from the project's folder, after a change of
+Run by ``make defaults``, from the project's folder, after a change of
 ``breaker.configuration.settings``. The schema is for editors and the catalogue of workflows.
 """
 
@@ -43,7 +43,7 @@ _BOUNDS = {"minimum": "≥", "exclusiveMinimum": ">", "maximum": "≤", "exclusi
 
 
 def files() -> dict[Path, str]:
-    """Return the content of every file that is made, by its path in the project."""
+    """Return the content of all generated files, by path in the project."""
     result = {}
     for file, head in _HEADS.items():
         lines = ["Made by `make defaults` from src/breaker/configuration/settings.py.", ""]
@@ -59,7 +59,7 @@ def files() -> dict[Path, str]:
 
 
 def _yaml_of(name: str, section: type[Section], depth: int) -> Iterator[str]:
-    """Yield the lines of a setting, or of a section and all that is in it."""
+    """Yield the lines of a setting, or of a section with its settings."""
     field, indent = section.model_fields[name], "  " * depth
     if field.is_required():
         yield from _comment(field.annotation.__doc__, indent)
@@ -96,8 +96,8 @@ def _flow(value: Any) -> str:
 
 def schema() -> dict[str, Any]:
     """Return the JSON schema, without references, so that a catalogue can show it."""
-    whole = Settings.model_json_schema()
-    kinds = whole.pop("$defs")
+    full = Settings.model_json_schema()
+    kinds = full.pop("$defs")
 
     def resolved(part: Any) -> Any:
         if isinstance(part, list):
@@ -106,19 +106,19 @@ def schema() -> dict[str, Any]:
             return part
         kind = kinds[part["$ref"].rpartition("/")[2]] if "$ref" in part else {}
         merged = kind | {key: item for key, item in part.items() if key != "$ref"}
-        # An overlay holds some settings only.
+        # An overlay contains only some settings.
         return {k: resolved(item) for k, item in merged.items() if k not in ("title", "required")}
 
     head = {"$schema": "https://json-schema.org/draft/2020-12/schema", "title": "breaker"}
-    return head | resolved(whole)
+    return head | resolved(full)
 
 
 def page() -> str:
     """Return the page of all settings: a table for each section."""
-    whole = schema()["properties"]
+    parts = schema()["properties"]
     lines = [_PAGE]
-    single = {name: part for name, part in whole.items() if "properties" not in part}
-    for name, part in {"": {"properties": single}, **whole}.items():
+    single = {name: part for name, part in parts.items() if "properties" not in part}
+    for name, part in {"": {"properties": single}, **parts}.items():
         if "properties" in part:
             lines += _table(name, part)
     return "\n".join(lines)
@@ -144,7 +144,7 @@ def _leaves(parts: dict[str, Any], above: str = "") -> Iterator[tuple[str, dict]
 
 
 def _allowed(part: dict[str, Any]) -> str:
-    """Put into words which values a part of the schema allows."""
+    """Return the allowed values of a part of the schema in words."""
     if "anyOf" in part:
         return " or ".join(map(_allowed, part["anyOf"]))
     if "median" in part.get("properties", {}):

@@ -1,8 +1,8 @@
-"""Write ``requirements.lock``, ``breaker.yaml`` and ``slurm.lock`` from what is installed.
+"""Write ``requirements.lock``, ``breaker.yaml`` and ``slurm.lock`` from the installed packages.
 
-And ``site.lock`` from ``site.in``, for an environment by itself. The first two name the same exact
-versions: of what ``pyproject.toml`` asks for, and of all that those need; the third what its extra
-``slurm`` needs besides. Anything else in the environment is left out. Called by ``make lock``.
+The first two pin the requirements of ``pyproject.toml`` and their dependencies, the third the
+additional packages of its extra ``slurm``. Other packages in the environment are left out.
+``site.lock`` is written from ``site.in``, for a separate environment. Run by ``make lock``.
 """
 
 import re
@@ -22,8 +22,8 @@ __all__ = ["CARDS", "closure", "conda_environment", "direct", "hashed", "version
 
 FOLDER = Path(__file__).resolve().parent
 
-# What torch asks for on Linux beside its wheel for graphics cards, at versions that it pins itself.
-# Gigabytes that a wheel for the CPU alone and macOS do without, so they are in no lock.
+# Packages that torch's wheel for graphics cards needs on Linux, at versions that it pins itself.
+# They take gigabytes, and a wheel for the CPU and macOS do not need them, so no lock names them.
 CARDS = re.compile(r"(cuda|nvidia)-.*|triton")
 
 LOCK_HEADER = """\
@@ -56,10 +56,10 @@ dependencies:
 
 
 def direct(pyproject: Path) -> tuple[list[Requirement], list[Requirement]]:
-    """Return the requirements that ``pyproject.toml`` states: to run, to test and to build.
+    """Return the requirements in ``pyproject.toml``: to run, test and build, and of ``slurm``.
 
-    Those of the extra ``slurm`` are by themselves. An extra may name others of the package itself;
-    these are stated by themselves.
+    References of an extra to other extras of the package are left out, because these extras are
+    included.
     """
     content = tomllib.loads(pyproject.read_text(encoding="utf-8"))
     project, build = content["project"], content["build-system"]["requires"]
@@ -71,10 +71,10 @@ def direct(pyproject: Path) -> tuple[list[Requirement], list[Requirement]]:
 
 
 def closure(names: Iterable[str]) -> set[str]:
-    """Return the packages and all that they need here but graphics cards, as canonical names.
+    """Return packages and their dependencies, except for graphics cards, as canonical names.
 
     Raises:
-        importlib.metadata.PackageNotFoundError: If one of them is not installed.
+        importlib.metadata.PackageNotFoundError: If a package is not installed.
     """
     result: set[str] = set()
     waiting = [canonicalize_name(name) for name in names]
@@ -90,10 +90,10 @@ def closure(names: Iterable[str]) -> set[str]:
 
 
 def hashed(names: Iterable[str]) -> str:
-    """Return the lock's lines for installed packages: each pinned, with the hashes of its files.
+    """Return the lock's lines for installed packages, pinned with the hashes of their files.
 
-    uv asks the public index alone for them, whatever pip is told to look into besides: a lock with
-    the files of one machine would be refused on the next. So local version labels go as well.
+    uv asks only the public index for hashes, whatever other places pip is set to search, because
+    other machines would refuse local files. So local version labels are removed, too.
     """
     pins = "\n".join(f"{name}=={Version(metadata.version(name)).public}" for name in names)
     return _compiled("-", "--no-deps", stated=pins)

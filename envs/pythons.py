@@ -1,7 +1,7 @@
-"""Test the instrument, without torch and Snakemake, under each version of Python that is here.
+"""Test the package, without torch and Snakemake, with each version of Python on this machine.
 
-Called by ``make test-pythons``, from the project's folder. A wheel is built once. Each version gets
-an environment of its own, with the pinned packages, and runs the tests of rooms that need no torch.
+Run by ``make test-pythons``, from the project's folder. A wheel is built once. Each version gets
+its own environment, with the pinned packages, and runs the tests of folders that need no torch.
 """
 
 import os
@@ -19,9 +19,9 @@ TESTS = ("tests/common", "tests/records", "tests/model")
 
 
 def interpreter(version: str) -> str | None:
-    """Return the interpreter of a version; None if there is none that runs."""
+    """Return a working interpreter of a version, or None."""
     name, home = f"python{version}", Path.home()
-    places = (home / ".pyenv/versions", home / ".local/share/uv/python")  # beside the path
+    places = (home / ".pyenv/versions", home / ".local/share/uv/python")  # in addition to the path
     result = [file for place in places for file in place.glob(f"*{version}.*/bin/{name}")]
     for item in filter(None, [shutil.which(name), *map(str, sorted(result))]):
         if not subprocess.run([item, "-m", "venv", "--help"], capture_output=True).returncode:
@@ -30,20 +30,20 @@ def interpreter(version: str) -> str | None:
 
 
 def main() -> int:
-    """Test each version, and say which was tried."""
+    """Test each version, and print the results."""
     _, wheel = fresh()
     names = asked(wheel, "excel", "fast", "netcdf", "stores") | closure(NEEDED)
-    alone = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
+    clean = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
     failed = 0
     for version in VERSIONS:
         if (result := interpreter(version)) is None:
             print(f"Python {version}: not here, not tried")
             continue
         python = installed(wheel, names, ROOT / "build" / "pythons" / version, result)
-        done = subprocess.run([python, "-m", "pytest", "--quiet", *TESTS], cwd=ROOT, env=alone)
+        done = subprocess.run([python, "-m", "pytest", "--quiet", *TESTS], cwd=ROOT, env=clean)
         failed += done.returncode != 0
-        said = run(python, "--version").strip()
-        print(f"{said}: {'tests failed' if done.returncode else 'tests passed'}", flush=True)
+        name = run(python, "--version").strip()
+        print(f"{name}: {'tests failed' if done.returncode else 'tests passed'}", flush=True)
     return min(failed, 1)
 
 

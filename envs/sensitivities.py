@@ -1,8 +1,7 @@
-"""Fit the sensitivities of families that ship, after each change of a family.
+"""Fit the sensitivities of shipped families, after each change of a family.
 
-`python envs/sensitivities.py`, with the names of families or for all: curves of drives without
-noise, with each parameter changed a little up and down. A minute and a half for each family on one
-core.
+Run `python envs/sensitivities.py`, with names of families or for all. It simulates curves without
+noise, with each parameter slightly increased and decreased, in 1.5 minutes a family on one core.
 """
 
 import sys
@@ -24,15 +23,15 @@ from breaker.shipped import FAMILIES, model_file
 
 DRIVES = 3000
 SHAPES, CHANGES = 20, 40  # components of shapes and of changes
-RIDGE = 3.0  # drives' worth of prior on each coefficient
-USUAL = 0.98  # share of drives whose errors count: a contact that bounces once more has no slope
-BY = 0.03  # of a logarithm: changes that matter are this large, and a bounce has no slope
-TIMES = np.arange(-12.0, 110.0, 0.05)  # ms, of a drive of size 1
+RIDGE = 3.0  # weight of the prior of a coefficient, in drives
+USUAL = 0.98  # share of drives whose errors count; omits drives with one bounce more or less
+BY = 0.03  # step of a logarithm: as large as relevant changes, as bounces have no derivative
+TIMES = np.arange(-12.0, 110.0, 0.05)  # ms, for a drive of size 1
 
 
 def curves_of(drive: Drive) -> tuple[np.ndarray, np.ndarray, np.ndarray] | None:
     """Return shapes ``(m, g)``, durations ``(m,)`` and derivatives ``(p, m, g + 1)`` of a drive;
-    None where a change leaves it without a closed position or a contact that touches.
+    None if a changed drive has no closed position or its contact does not touch.
     """
     steps = [(name, by) for name in NAMES for by in (BY, -BY)]
     drives = [drive, *(drive.changed(**{n: drive.value(n) * np.exp(by)}) for n, by in steps)]
@@ -68,11 +67,11 @@ def regression(shapes: np.ndarray, paces: np.ndarray, changes: np.ndarray) -> Se
     curves = np.linalg.svd(changes.reshape(n * p, -1), full_matrices=False)[2][:CHANGES]
     x, y = features(basis, shapes, paces), (changes @ curves.T).reshape(n, -1)
 
-    def solved(some: np.ndarray) -> np.ndarray:
-        square = x[some].T @ x[some] + RIDGE * np.eye(x.shape[1])
-        return np.linalg.solve(square, x[some].T @ y[some])
+    def solved(rows: np.ndarray) -> np.ndarray:
+        square = x[rows].T @ x[rows] + RIDGE * np.eye(x.shape[1])
+        return np.linalg.solve(square, x[rows].T @ y[rows])
 
-    even = np.arange(n) % 2 == 0  # each half is predicted by the other
+    even = np.arange(n) % 2 == 0  # each half is predicted from the other half
     left = np.where(even[:, None], y - x @ solved(~even), y - x @ solved(even))
     errors = []
     for one in left.reshape(n, p, -1).swapaxes(0, 1):
@@ -83,7 +82,7 @@ def regression(shapes: np.ndarray, paces: np.ndarray, changes: np.ndarray) -> Se
 
 
 def fitted(family: Family, count: int, rng: np.random.Generator) -> dict[tuple, Sensitivities]:
-    """Fit regressions to so many drives of a family."""
+    """Fit regressions to ``count`` drives of a family."""
     result = []
     while len(result) < count:
         try:
@@ -94,15 +93,15 @@ def fitted(family: Family, count: int, rng: np.random.Generator) -> dict[tuple, 
     shapes, durations, changes = (np.array(item) for item in zip(*result, strict=True))
     regressions = {}
     for motions in SETS:
-        some = [MOTIONS.index(motion) for motion in motions]
-        paces = np.log(durations[:, some[-1]] / durations[:, some[0]])
-        chosen = changes[:, :, some].reshape(count, len(NAMES), -1)
-        regressions[motions] = regression(shapes[:, some].reshape(count, -1), paces, chosen)
+        columns = [MOTIONS.index(motion) for motion in motions]
+        paces = np.log(durations[:, columns[-1]] / durations[:, columns[0]])
+        chosen = changes[:, :, columns].reshape(count, len(NAMES), -1)
+        regressions[motions] = regression(shapes[:, columns].reshape(count, -1), paces, chosen)
     return regressions
 
 
 def write(family: str, fits: Mapping[tuple, Sensitivities]) -> None:
-    """Write the regressions of a family to the file that ships."""
+    """Write the regressions of a family to the shipped file."""
     arrays = {}
     for motions, fit in fits.items():
         for name, part in (fit.shapes._asdict() | fit._asdict()).items():
@@ -113,9 +112,9 @@ def write(family: str, fits: Mapping[tuple, Sensitivities]) -> None:
 
 
 def main(names: Sequence[str]) -> None:
-    """Fit the families of these names, or all that ship."""
+    """Fit the named families, or all shipped ones."""
     for name in names or FAMILIES:
-        prior = settings_of(model_file(name, "levels"))["prior"]  # as of its networks
+        prior = settings_of(model_file(name, "levels"))["prior"]  # as in its networks
         family = Family(Prior.from_settings(prior), family_of(name))
         write(name, fitted(family, DRIVES, generator(1, "sensitivities", name)))
 

@@ -1,8 +1,7 @@
-"""Renew what ships with the package: networks of a family of drives, and their model card.
+"""Update the shipped networks of a family of drives, and their model card.
 
-Called by ``make ship``, from the project's folder, after ``snakemake family``, with the overlay of
-the family if it is not that of the defaults. Nothing is changed unless the networks are those of
-the configuration.
+Run by ``make ship``, from the project's folder, after ``snakemake family``, with the same overlay
+if the family is not the default one. Nothing is changed unless the networks fit the configuration.
 """
 
 import hashlib
@@ -29,7 +28,7 @@ RESULTS = Path("results/family/trained")
 
 
 def unfit(model: Path, config: Mapping[str, Any], kind: str) -> list[str]:
-    """Return why a model file is not that of a configuration."""
+    """Return the differences between a model file and a configuration."""
     with open_model(model) as saved:
         lines = differing(
             saved.settings, header_of(config, kind, family_of(config["family"]["name"]))
@@ -38,7 +37,7 @@ def unfit(model: Path, config: Mapping[str, Any], kind: str) -> list[str]:
 
 
 def described(text: str) -> str:
-    """Return the model card with its table of the files that ship."""
+    """Return the model card with its table of shipped files."""
     rows = [
         "| file | drives | steps | coverage of 90 % intervals | uniform ranks | bytes | SHA-256 |",
         "|---|---|---|---|---|---|---|",
@@ -57,26 +56,26 @@ def described(text: str) -> str:
 
 
 def _quality(family: str, kind: str) -> pd.DataFrame:
-    """Rows of a network in the table of how good those of a family are."""
+    """Return the rows of a network in the quality table of a family."""
     table = pd.read_csv(Path("docs") / f"family_{family}.csv")
     return table[table.network == kind]
 
 
 def _coverage(outputs: pd.DataFrame) -> str:
-    """Two cells: lowest and highest share of truths in 90 % intervals; how many have flat ranks."""
+    """Return two cells: range of the coverage of 90 % intervals, and count of uniform outputs."""
     low, high = 100 * outputs.coverage_90.min(), 100 * outputs.coverage_90.max()
     return f"{low:.0f} to {high:.0f} % | {int(outputs.calibrated.sum())} of {len(outputs)}"
 
 
 def _put(text: str, mark: str, rows: Sequence[str]) -> str:
-    """Put a table where its mark is."""
+    """Return a text with a table at its mark."""
     start = f"<!-- {mark}: made by `make ship` -->\n"
     table = re.compile(re.escape(start) + r".*?(?=\n\n|\n*\Z)", re.DOTALL)
     return table.sub(start + "\n".join(rows), text)
 
 
 def main(overlays: Sequence[str]) -> int:
-    """Copy what ships, or say why it cannot."""
+    """Copy the networks, or print why they cannot be shipped."""
     try:
         config = load(overlays)
         files = {kind: RESULTS / f"{kind}.safetensors" for kind in KINDS}

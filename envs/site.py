@@ -1,7 +1,7 @@
-"""Put the pages of the documentation, and a reference of the API, where ``mkdocs.yml`` has them.
+"""Copy the pages of the documentation, and write an API reference, for ``mkdocs.yml``.
 
-Called by ``make site``, from the project's folder. The folder of pages mirrors the project, so that
-links between pages, tables and code lead to the same places as in the project itself.
+Run by ``make site``, from the project's folder. The folder of pages mirrors the project, so that
+links between pages, tables and code work as in the project.
 """
 
 import re
@@ -13,7 +13,7 @@ __all__ = ["fenced", "linked", "navigation", "public_modules"]
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGES = ROOT / "build" / "site" / "pages"
-SOURCES = ROOT / "build" / "site" / "src"  # of the reference: examples in docstrings as code
+SOURCES = ROOT / "build" / "site" / "src"  # for the reference: examples in docstrings as code
 
 _LINK = re.compile(r"\]\((?!https?:)([^)#\s]+)")
 _EXAMPLE = re.compile(r'^( *)>>> .*(?:\n(?!\1""")\1\S.*)*', re.MULTILINE)
@@ -27,12 +27,12 @@ map](../docs/development.md#the-map) what each folder contains.
 
 
 def navigation(text: str) -> list[str]:
-    """Return the pages that the text of ``mkdocs.yml`` has in its navigation."""
+    """Return the pages in the navigation of the text of ``mkdocs.yml``."""
     return re.findall(r"^ +- .*: (\S+\.md)$", text, re.MULTILINE)
 
 
 def linked(pages: list[str]) -> set[Path]:
-    """Return pages, what they link to or show, and so on, by paths from the project's folder."""
+    """Return pages and all files they link to or show, recursively, relative to the project."""
     waiting, result = [ROOT / page for page in pages], set()
     while waiting:
         file = waiting.pop().resolve()
@@ -46,7 +46,7 @@ def linked(pages: list[str]) -> set[Path]:
 
 
 def public_modules() -> Iterator[tuple[str, list[str]]]:
-    """Yield each room of the package with the modules in it, but those of the command line."""
+    """Yield the folders of the package, except the command line, with their modules."""
     package = ROOT / "src" / "breaker"
     for face in sorted(package.rglob("__init__.py")):
         room = face.parent
@@ -59,7 +59,7 @@ def public_modules() -> Iterator[tuple[str, list[str]]]:
 
 
 def fenced(text: str) -> str:
-    """Return code with the examples of its docstrings as blocks, which Markdown leaves alone."""
+    """Return code with the examples of its docstrings as blocks of code in Markdown."""
     return _EXAMPLE.sub(r"\1```pycon\n\g<0>\n\1```", text)
 
 

@@ -1,7 +1,7 @@
-"""Build the wheel and the source distribution, check both, and use the wheel where nothing else is.
+"""Build the wheel and the source distribution, check both, and use the wheel in a new environment.
 
-Called by ``make dist``, from the project's folder. Nothing is fetched for the build. The packages
-that the wheel asks for, at the versions of the lock, come from pip: its cache, or the index.
+Run by ``make dist``, from the project's folder. The build fetches nothing. The packages that the
+wheel requires, at the versions of the lock, come from pip: its cache, or the index.
 """
 
 import importlib.util
@@ -27,7 +27,7 @@ _BUILD = (
     "import sys; from setuptools import build_meta; out = sys.argv[1]; "
     "build_meta.build_sdist(out); build_meta.build_wheel(out)"
 )
-# What is not code, and so easily left out.
+# Files other than code, which are easily left out.
 _NEEDED = ("py.typed", "records/words.yaml", "diagnosis/words.yaml")
 _NEEDED += ("shipped/families/any.yaml", "shipped/MODEL_CARD.md")
 _DOCS = ROOT / "docs"
@@ -37,7 +37,7 @@ def build(folder: Path, out: Path) -> tuple[Path, Path]:
     """Build in a folder of the project, without a network; return source distribution and wheel.
 
     Raises:
-        subprocess.CalledProcessError: If the build fails; with its output.
+        subprocess.CalledProcessError: If the build fails; contains its output.
     """
     out.mkdir(parents=True, exist_ok=True)
     command = [sys.executable, "-c", _BUILD, str(out)]
@@ -46,14 +46,14 @@ def build(folder: Path, out: Path) -> tuple[Path, Path]:
 
 
 def metadata_of(wheel: Path):
-    """Return the metadata of a wheel, by the names that its standard has for them."""
+    """Return the metadata of a wheel, by the names of the standard."""
     with zipfile.ZipFile(wheel) as opened:
         (name,) = (item for item in opened.namelist() if item.endswith(".dist-info/METADATA"))
         return message_from_bytes(opened.read(name))
 
 
 def faults(source: Path, wheel: Path) -> list[str]:
-    """Return what is wrong with the two files, in words."""
+    """Return the problems of both files, in words."""
     wrong, about = [], metadata_of(wheel)
     with zipfile.ZipFile(wheel) as opened:
         inside = set(opened.namelist())
@@ -75,7 +75,7 @@ def faults(source: Path, wheel: Path) -> list[str]:
 
 
 def run(*command: str | Path, folder: Path = ROOT) -> str:
-    """Run a command and return what it prints; end with all of that if it fails."""
+    """Run a command and return its output; exit with the output if it fails."""
     done = subprocess.run(command, cwd=folder, capture_output=True, text=True)
     if done.returncode:
         sys.exit(f"{' '.join(map(str, command))}\n{done.stdout}{done.stderr}")
@@ -83,7 +83,7 @@ def run(*command: str | Path, folder: Path = ROOT) -> str:
 
 
 def asked(wheel: Path, *extras: str) -> set[str]:
-    """Return the packages that a wheel asks for, with extras, and all that those need."""
+    """Return the packages that a wheel with extras requires, and their dependencies."""
     about = metadata_of(wheel)
     stated = [*map(Requirement, about.get_all("Requires-Dist"))]
     result, tried, wanted = set(), set(), {"", *extras}
@@ -92,14 +92,14 @@ def asked(wheel: Path, *extras: str) -> set[str]:
         tried |= wanted
         for item in stated:
             if item.marker is None or any(map(item.marker.evaluate, environments)):
-                own = item.name == about["Name"]  # an extra that takes others
+                own = item.name == about["Name"]  # an extra that includes others
                 wanted = wanted | item.extras if own else wanted
                 result |= set() if own else {item.name}
     return closure(result)
 
 
 def installed(wheel: Path, names: set[str], folder: Path, python: str = sys.executable) -> Path:
-    """Install a wheel and pinned packages, alone, into a new environment; its interpreter."""
+    """Install a wheel and pinned packages into a new environment; return its interpreter."""
     entries = re.split(r"^(?=\S)", (ROOT / "envs/requirements.lock").read_text(), flags=re.M)
     pins = [entry for entry in entries if entry.split("==")[0] in names]
     shutil.rmtree(folder, ignore_errors=True)
@@ -112,7 +112,7 @@ def installed(wheel: Path, names: set[str], folder: Path, python: str = sys.exec
 
 
 def _sizes(python: Path) -> str:
-    """The size of what is installed, in MB, the largest first; without pip, which was there."""
+    """Return the sizes of installed packages without pip, in MB, the largest first."""
     say = "import sysconfig; print(sysconfig.get_path('purelib'))"
     site = Path(run(python, "-c", say).strip())
     sizes: dict[str, int] = {}
@@ -126,15 +126,15 @@ def _sizes(python: Path) -> str:
 
 
 def _walked(python: Path) -> str:
-    """Run the commands of pages in an empty folder, and check what they print."""
+    """Run the commands of pages in an empty folder, and check their output."""
     sys.path.insert(0, str(_DOCS))
     import walk
 
-    alone = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
+    clean = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
     count = 0
     for page in walk.PAGES:
         with tempfile.TemporaryDirectory() as empty:
-            for step, output in walk.run(page.read_text("utf-8"), Path(empty), python, alone):
+            for step, output in walk.run(page.read_text("utf-8"), Path(empty), python, clean):
                 count += 1
                 for shown in step.shown:
                     walk.as_printed(shown, output)
@@ -142,7 +142,7 @@ def _walked(python: Path) -> str:
 
 
 def fresh() -> tuple[Path, Path]:
-    """Build in a copy of the project, so that nothing of an earlier build slips in."""
+    """Build in a copy of the project, without files of an earlier build."""
     shutil.rmtree(DIST, ignore_errors=True)
     with tempfile.TemporaryDirectory() as copy:
         for name in ("LICENSE", "README.md", "pyproject.toml"):
@@ -153,7 +153,7 @@ def fresh() -> tuple[Path, Path]:
 
 
 def main() -> None:
-    """Build, check, install, use, and say what came of it."""
+    """Build, check, install and use the wheel, and print the results."""
     source, wheel = fresh()
     if wrong := faults(source, wheel):
         sys.exit("\n".join(wrong))

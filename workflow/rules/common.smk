@@ -24,16 +24,16 @@ DEFINED |= config["speeds"]
 SPEEDS = {speed.name: speed.points for speed in speeds_of(DEFINED, Size(**config["size"]))}
 GRID = {key: config["sensor"][key] for key in ("start", "stop", "samples")}
 OWN_CURVES = config["endurance"]["curves"]
-# Functions of one's own in place of the drive and its prior, and whether posteriors can be exact.
+# The user's functions that replace the drive and its prior, and whether exact posteriors exist.
 MODEL = config["model"]
 EXACT = is_exact(config)
-# Whether there are measured curves: the simulated test is one of the paper's drive.
+# Whether there are measured curves: the simulated test needs the paper's drive.
 MEASURED = EXACT or OWN_CURVES is not None
-# Who infers them: networks trained here, and those of families that ship.
+# Stores of inferred operations: by networks trained here, and by shipped networks of families.
 BY = {"paper": "results/endurance/{motion}.zarr"}
 if EXACT:
     BY["family"] = "results/endurance/{motion}_family.zarr"
-# Store of the true parameters of the simulated endurance test; real measurements have none.
+# Store of the true parameters of the simulated endurance test; measurements have none.
 TRUTH = "results/rig/truth.zarr" if OWN_CURVES is None else []
 # Ranges of the family of drives, and the drive of the simulated endurance test.
 FAMILY = family_of(config["family"]["name"])
@@ -52,10 +52,10 @@ wildcard_constraints:
 
 
 def code(script):
-    """A script and the modules of the package that it imports: a change of any reruns its rule.
+    """Return a script and the modules that it imports, a change of which reruns its rule.
 
-    They include files of one's own functions, where the script builds the model or a network. The
-    script of a remote repository is left out, as Snakemake's cache has another path in each run.
+    They include files of the user's functions if the script builds the model or a network. The
+    script of a remote repository is left out, because its path in Snakemake's cache varies.
     """
     file = Path(code.__code__.co_filename).parents[1] / "scripts" / f"{script}.py"
     here = file.exists()
@@ -71,7 +71,7 @@ def code(script):
 
 
 def page(path, category, figure, caption):
-    """A file in the report. What both motions have in common comes after each of them."""
+    """Return a file of the report; files of both motions follow files of single motions."""
     place = "source" if "{source}" in path else "motion"
 
     def labels(wildcards):
@@ -82,46 +82,46 @@ def page(path, category, figure, caption):
 
 
 def network_of_motion(wildcards):
-    """The settings of the networks of a motion, of the kinds that are chosen."""
+    """Return the settings of a motion's networks, for the chosen kinds."""
     return of_motion(config, wildcards.motion)["network"]
 
 
 def training_of_motion(wildcards):
-    """The settings of the training of a motion."""
+    """Return the settings of a motion's training."""
     return of_motion(config, wildcards.motion)["training"]
 
 
 def training_minutes(training, attempt):
-    """Minutes that a scheduler grants a training: twice what a busy core takes, and a start."""
+    """Return the time limit of a training, minutes: twice the time of a busy core, and a start."""
     return attempt * (5 + ceil(2.5e-6 * training["steps"] * training["batch"]))
 
 
 def validated(wildcards):
-    """The validation that figures show: of the network's posteriors, or of the corrected ones."""
+    """Return the validation for figures: of the network's posteriors, or of corrected ones."""
     kind = "_corrected" if config["validation"]["posterior"] == "corrected" else ""
     return f"results/validation/{wildcards.motion}{kind}_seed{SEED}.zarr"
 
 
 def shard_of_family(wildcards):
-    """How many drives a shard has."""
+    """Return the number of drives of a shard."""
     every, more = divmod(config["family"]["drives"], config["family"]["shards"])
     return every + (int(wildcards.shard) < more)
 
 
 def trained_network(wildcards):
-    """The file of a network that is trained here; a shipped one is a part of the package."""
+    """Return the file of a network trained here; a shipped network is a part of the package."""
     trained = f"results/family/trained/{wildcards.kind}.safetensors"
     return trained if wildcards.origin == "trained" else []
 
 
 @cache
 def checksum(family, kind):
-    """The checksum of a network that ships, wherever the package is."""
+    """Return the checksum of a shipped network, which does not depend on its path."""
     return sha256(model_file(family, kind).read_bytes()).hexdigest()
 
 
 def shipped_network(wildcards):
-    """The checksum of a shipped network that fits the configuration; of one trained here, none."""
+    """Return the checksum of a shipped network that fits the configuration, else None."""
     if wildcards.origin == "trained":
         return None
     name, kind = config["family"]["name"], wildcards.kind
@@ -140,18 +140,18 @@ def shipped_network(wildcards):
 
 
 def shipped_networks(wildcards):
-    """The checksums of all networks that ship: with others, answers are made anew."""
+    """Return the checksums of all shipped networks, a change of which reruns inferences."""
     return [checksum(*names) for names in product(FAMILIES, KINDS)]
 
 
 def judged_family(origin, sources):
-    """Figures and table of how good networks are."""
+    """Return the figures and the table of the quality of networks."""
     figure = "figures/{name}_family_{origin}_{source}.png"
     figures = expand(figure, name=FIGURES_OF_FAMILY, origin=origin, source=sources)
     return [*figures, f"results/family/{origin}/quality.csv"]
 
 
-# What `all` makes: of each motion, as in the paper, and of the life.
+# Figures of `all`: for each motion, as in the paper, and for the life.
 FIGURES = ["prior_predictive", "loss", "sbc", "contraction", "recovery", "pairs"]
 FIGURES += ["posterior_predictive"]
 EXACT_FIGURES = ["sbc_reader", "exactness", "identifiability", "endurance_predictive", "evolution"]
@@ -159,7 +159,7 @@ FIGURES_OF_LIFE = ["verdict", "health", "service_cost", "changepoint", "remainin
 
 
 def of_paper(wildcards=None):
-    """Figures 3 to 10 of the paper, tables and numbers, as far as the model allows."""
+    """Return Figures 3 to 10 of the paper, tables and numbers, as far as the model allows."""
     figures, table = "figures/{figure}_{motion}.png", "results/{table}/{motion}_seed{seed}.csv"
     wanted = expand(figures, figure=FIGURES, motion=MOTIONS)
     wanted += expand("results/endurance/{motion}.csv", motion=MOTIONS) if MEASURED else []
@@ -175,7 +175,7 @@ def of_paper(wildcards=None):
 
 
 def of_life(wildcards=None):
-    """The decisions, with their figures and the first page."""
+    """Return the tables of decisions, with their figures and the first page."""
     if not EXACT:
         return []
     tables = expand("results/{table}.csv", table=["decisions", "limits", "changes"])

@@ -1,13 +1,13 @@
-"""The exact judge: networks held against the exact posterior, and brought to it.
+"""Correction to the exact posterior, and divergence of the networks from it.
 
-Needs the draws of networks, and for the judgement the model file. Makes corrected posteriors of the
-validation curves, and the figures that show how far the network was from them and what the curves
-can say at all. Of simulated curves alone: for no measured one is the model right.
+Needs the draws of networks, and for the divergence the model file. Makes corrected posteriors of
+the validation curves, and figures of the divergence and of the parameters that a curve determines.
+Only simulated curves are used, because the model is not exact for measured ones.
 """
 
 
 rule correct_validation:
-    """The exact posteriors of simulated records, from the network's draws."""
+    """Correct the network's draws to the exact posteriors of simulated records."""
     input:
         validation="results/validation/{motion}_seed{seed}.zarr",
         code=code("correct_validation"),
@@ -29,7 +29,7 @@ rule correct_validation:
 
 
 rule judge:
-    """The network's own density, held against the exact posterior."""
+    """Compare the network's density with the exact posterior."""
     input:
         model="results/models/{motion}.safetensors",
         validation="results/validation/{motion}_seed{seed}.zarr",
@@ -56,7 +56,7 @@ rule judge:
 
 
 rule figures_exactness:
-    """How far the network's posteriors are from the exact ones, and what a curve can say at all."""
+    """Draw the divergence from exact posteriors, and the parameters that a curve determines."""
     input:
         judged=f"results/exactness/{{motion}}_seed{SEED}.zarr",
         limit="results/identifiability/{motion}.zarr",

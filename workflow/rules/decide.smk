@@ -1,12 +1,12 @@
-"""A life in the drive's own curves: what has changed since new, limits, decisions.
+"""A life of a drive: changes since new, limits and decisions.
 
-Needs the records of all operations, and networks that ship. Makes the tables of decisions, limits
+Needs the records of all operations, and shipped networks. Makes the tables of decisions, limits
 and changes, the figures of the life, and the first page of the report.
 """
 
 
 rule life:
-    """The path of a drive in its own curves, its changes, and what is known of every limit."""
+    """Estimate the trend of a drive, its changes, and the prediction for every limit."""
     input:
         **{motion: curves_of(motion) for motion in MOTIONS},
         code=code("life"),
@@ -33,7 +33,7 @@ rule life:
 
 
 rule decide:
-    """How the drive stands to its limits, and what to do: every operation, and the first page."""
+    """Judge limits and decide on services after every operation; write the first page's text."""
     input:
         life="results/life.zarr",
         code=code("decide"),
@@ -59,7 +59,7 @@ rule decide:
 
 
 rule figures_life:
-    """The picture of the first page, and what stands behind it."""
+    """Draw the picture of the first page, and the figures of the life."""
     input:
         words="results/verdict.json",
         life="results/life.zarr",
@@ -90,7 +90,7 @@ rule figures_life:
 
 
 rule first_page:
-    """What to read first: sentences, the table of limits and the picture."""
+    """Write the first page: sentences, the table of limits and the picture."""
     input:
         words="results/verdict.json",
         limits="results/limits.csv",

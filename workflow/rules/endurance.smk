@@ -1,14 +1,14 @@
 """The endurance test: curves from files, inferred operation by operation.
 
-Needs the model file, and curve files: those of the simulated endurance test, or a folder of one's
-own (`endurance.curves`). Makes draws, intervals and flags of all operations, by the paper's
-networks and by the families that ship, as Zarr stores and one tidy CSV a motion, and the figures of
+Needs the model file, and curve files of the simulated endurance test or of the user's folder
+(`endurance.curves`). Makes draws, intervals and flags of all operations, by the paper's networks
+and by shipped networks of families, as Zarr stores and one tidy CSV a motion, and the figures of
 the paper's Sec. 7.
 """
 
 
 rule rig:
-    """Curve files of one motion of the simulated endurance test: a richer drive than the model."""
+    """Write curve files of one motion of the simulated endurance test, a drive beyond the model."""
     input:
         code=code("rig"),
     output:
@@ -27,7 +27,7 @@ rule rig:
 
 
 rule rig_truth:
-    """The true state of the simulated endurance test, operation by operation."""
+    """Write the true state of the simulated endurance test, operation by operation."""
     input:
         code=code("rig_truth"),
     output:
@@ -97,7 +97,7 @@ rule infer:
 
 
 rule infer_family:
-    """Infer some operations by the networks of families that ship."""
+    """Infer some operations by shipped networks of families."""
     input:
         curves="results/endurance/{motion}/curves_{chunk}.zarr",
         code=code("infer_family"),
@@ -119,7 +119,7 @@ rule infer_family:
 
 
 rule gather:
-    """All operations of one motion, as stores and one table."""
+    """Collect all operations of one motion in stores and one table."""
     input:
         paper=every_chunk("results/endurance/{motion}/inferred_{chunk}.zarr"),
         family=every_chunk("results/endurance/{motion}/family_{chunk}.zarr") if EXACT else [],
@@ -138,7 +138,7 @@ rule gather:
 
 
 rule endurance_predictive:
-    """What the posteriors at a few stages of the life predict for their own records."""
+    """Predict records at a few stages of the life from their posteriors."""
     input:
         inferred="results/endurance/{motion}.zarr",
         code=code("endurance_predictive"),

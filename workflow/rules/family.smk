@@ -1,14 +1,14 @@
-"""Networks of a family: the bank of its drives, trainings on it, and how good networks are.
+"""Networks of a family: the bank of its drives, training on it, and quality of the networks.
 
-`validate_shipped` judges those that ship, on drives that it simulates anew; `family` trains
-networks, and judges them on the same drives. `all` does neither.
+`validate_shipped` judges shipped networks on newly simulated drives. `family` trains networks, and
+judges them on the same drives. `all` does neither.
 """
 
 FAMILY_TRAINING = config["family"]["training"]
 
 
 rule family_shard:
-    """One shard of the bank of the family: both motions of its drives, new and worn."""
+    """Simulate one shard of the bank of the family: both motions of drives, new and worn."""
     input:
         code=code("family_shard"),
     output:
@@ -17,7 +17,7 @@ rule family_shard:
         "logs/family/bank_{shard}.log",
     benchmark:
         "results/benchmarks/family_bank_{shard}.tsv"
-    priority: 10  # the longest chain first: what follows fills the cores after it
+    priority: 10  # start the longest chain first
     conda:
         "../../envs/breaker.yaml"
     params:
@@ -47,7 +47,7 @@ use rule family_shard as family_held_out with:
 
 
 rule family_train:
-    """Train the network of levels, or that of changes."""
+    """Train the network of levels or of changes."""
     input:
         shards=expand(
             "results/family/bank/shard_{shard:03d}.zarr", shard=range(config["family"]["shards"])
@@ -77,7 +77,7 @@ rule family_train:
 
 
 rule validate_family:
-    """Draw from the posterior of drives that no training has seen."""
+    """Draw from the posteriors of held-out drives."""
     input:
         drives="results/family/held_out.zarr",
         network=trained_network,
@@ -100,7 +100,7 @@ rule validate_family:
 
 
 rule family_quality:
-    """One row an output and motion: calibration, width and error on held-out drives."""
+    """Tabulate calibration, width and error on held-out drives, one row an output and motion."""
     input:
         levels=expand("results/family/{{origin}}/levels_{source}.zarr", source=SOURCES),
         changes=expand("results/family/{{origin}}/changes_{source}.zarr", source=SOURCES),
@@ -123,7 +123,7 @@ rule family_quality:
 
 
 rule figure_validation_family:
-    """Calibration, z-score against contraction, recovery and pairs, on drives not trained on."""
+    """Draw calibration, contraction, recovery and pairs on held-out drives."""
     input:
         validation="results/family/{origin}/levels_{source}.zarr",
         prior=f"results/prior_predictive/{MOTIONS[0]}.zarr",
@@ -166,13 +166,13 @@ rule figure_validation_family:
 
 
 rule family:
-    """Networks trained on the configured family, and how good they are."""
+    """Train networks on the configured family, and judge them."""
     input:
         expand("results/family/trained/{kind}.safetensors", kind=KINDS),
         judged_family("trained", SOURCES),
 
 
 rule validate_shipped:
-    """How good the networks are that ship, which do not change from run to run."""
+    """Judge the shipped networks, which do not change from run to run."""
     input:
         judged_family("shipped", SOURCES[-1:]),

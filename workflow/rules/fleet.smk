@@ -1,4 +1,4 @@
-"""A fleet: several breakers, each examined by the networks that ship, and one table of them.
+"""A fleet: several breakers, each examined by shipped networks, and one table of all.
 
 A job examines some breakers of the same types. Appended operations and edited types rerun the jobs
 of their breakers, and the table.
@@ -6,7 +6,7 @@ of their breakers, and the table.
 
 
 rule fleet_chunk:
-    """Examine some breakers, each as if it were alone."""
+    """Examine some breakers, each without the others."""
     input:
         code=code("fleet_chunk"),
     output:
@@ -30,7 +30,7 @@ rule fleet_chunk:
 
 
 rule fleet:
-    """The table of all drives: the most urgent first, each beside its type."""
+    """Write the table of all drives with their types, the most urgent first."""
     input:
         chunks=expand("results/fleet/chunk_{chunk}.json", chunk=CHUNKS_OF_BREAKERS),
         code=code("fleet"),

@@ -1,15 +1,15 @@
-"""The numbers that the README and the pages in docs/ state, from the tables of this run.
+"""Numbers stated by the README and the pages in docs/, from the tables of this run.
 
 Needs the tables of validation and exactness, and the stores and decisions of the endurance test.
-Makes one flat table. With the default configuration it is compared with docs/numbers.csv, the table
-that the texts are written from; `make numbers` renews both.
+Makes one flat table. With the default configuration it is compared with docs/numbers.csv, the
+source of the texts; `make numbers` renews both.
 """
 
 STATED = config == defaults() and Path("docs/numbers.csv").exists()
 
 
 rule numbers:
-    """Every number of a run that a text states, by name."""
+    """Collect all numbers of a run that a text states, by name."""
     input:
         quality=expand(f"results/quality/{{motion}}_seed{SEED}.csv", motion=MOTIONS),
         exactness=expand(f"results/exactness/{{motion}}_seed{SEED}.csv", motion=MOTIONS),

@@ -1,7 +1,7 @@
-"""How the operations of the endurance test are divided into jobs, and what each job takes.
+"""Division of the operations of the endurance test into jobs, and inputs of the jobs.
 
-A chunk holds the same numbers in every motion, so that appended operations run their own chunk and
-no other. A life goes through all of them at once.
+A chunk contains the same numbers in every motion, and appended operations only rerun their own
+chunk. A life processes all operations in one job.
 """
 
 from functools import cache
@@ -17,18 +17,18 @@ from breaker.records.folder import (
 )
 from breaker.workflow.jobs import chunks_of
 
-# Which of the operations in a table of one's own.
+# Choice among the operations of the user's table.
 CHOSEN = {key: config["endurance"][key] for key in ("breaker", "phase") if OWN_CURVES}
 
 
 @cache
 def listed(motion):
-    """The operations of a motion in a folder of one's own."""
+    """Return the operations of a motion in the user's folder."""
     return list_operations(OWN_CURVES, motion, **CHOSEN, events=config["endurance"]["events"])
 
 
 def numbers(motion):
-    """The numbers of the operations of a motion."""
+    """Return the numbers of the operations of a motion."""
     if OWN_CURVES is None:
         return range(1, config["simulated_test"]["operations"] + 1)
     return [row.number for row in listed(motion)]
@@ -36,27 +36,27 @@ def numbers(motion):
 
 @cache
 def chunks(motion=None):
-    """The numbers of the operations of a motion, or of any motion, by chunk."""
+    """Return the numbers of the operations of a motion, or of any motion, by chunk."""
     every_number = set().union(*map(numbers, [motion] if motion else MOTIONS))
     return chunks_of(every_number, config["endurance"]["operations_per_job"])
 
 
 def operations(wildcards):
-    """The numbers of the operations of a chunk of a motion."""
+    """Return the numbers of the operations of a chunk of a motion."""
     return chunks(wildcards.motion)[wildcards.chunk]
 
 
 @cache
 def known():
-    """Events and conditions of operations, by their number, where a table has them."""
+    """Return events and conditions of operations by number, from the table if it has them."""
     numbers = [number for chunk in chunks().values() for number in chunk]
     chosen = [CHOSEN["breaker"]] if BREAKERS and CHOSEN["breaker"] else None
     rows = list_fleet(OWN_CURVES, breakers=chosen, phase=CHOSEN["phase"]) if BREAKERS else {}
-    return known_of((row for some in rows.values() for _, row in some), numbers)
+    return known_of((row for listed_rows in rows.values() for _, row in listed_rows), numbers)
 
 
 def every_chunk(pattern):
-    """A file of every chunk of the motion of the wildcards."""
+    """Return a function for the files of all chunks of the motion of the wildcards."""
 
     def files(wildcards):
         return [pattern.format(**wildcards, chunk=chunk) for chunk in chunks(wildcards.motion)]
@@ -65,7 +65,7 @@ def every_chunk(pattern):
 
 
 def curves_of(motion):
-    """The records of all operations of a motion."""
+    """Return a function for the records of all operations of a motion."""
 
     def files(wildcards):
         return [f"results/endurance/{motion}/curves_{chunk}.zarr" for chunk in chunks(motion)]
@@ -74,11 +74,11 @@ def curves_of(motion):
 
 
 def source(wildcards):
-    """What the curves of a chunk come from: a simulation, or files of given names, sizes and times.
+    """Return the source of the curves of a chunk: a simulation, or names, sizes and times of files.
 
-    A setting of the job, not its input: Snakemake would take signs in the names of files for
-    patterns, and would leave standing what it finds if one of them is gone. Of the chunk's own
-    files alone, so that appended operations run their own chunk and no other.
+    This is a setting of the job instead of an input, because Snakemake interprets characters in
+    file names as patterns, and keeps results if a file disappears. It covers only files of the
+    chunk, so that appended operations only rerun their own chunk.
     """
     if OWN_CURVES is None:
         return "simulated"
@@ -86,33 +86,33 @@ def source(wildcards):
     return fingerprint(row for row in listed(wildcards.motion) if row.number in wanted)
 
 
-# ---- of a fleet ----------------------------------------------------------------------------------
+# ---- fleet ---------------------------------------------------------------------------------------
 
 BREAKERS = list_breakers(OWN_CURVES, config["endurance"]["events"]) if OWN_CURVES else []
 IS_FLEET = len(BREAKERS) > 1 and config["endurance"]["breaker"] is None
 TYPES = types_of(config)
 FLEET = ["results/fleet.csv", "results/fleet.html"]
-BREAKERS_PER_JOB = 30  # a job of minutes: appended breakers rerun at most this many
-# What jobs of the fleet take from the configuration.
+BREAKERS_PER_JOB = 30  # sets the time of a job to minutes; a new breaker reruns at most 30
+# Sections of the configuration for jobs of the fleet.
 ON_FLEET = ("endurance", "limits", "motions", "planning", "seed", "speeds", "trend")
 
 
 @cache
 def rows_of_breakers():
-    """Rows of the table, by breaker: listed once, for all chunks."""
+    """Return the rows of the table by breaker, listed once for all chunks."""
     return list_fleet(OWN_CURVES, **{key: config["endurance"][key] for key in ("phase", "events")})
 
 
 @cache
 def types_of_breaker(breaker):
-    """The types that the table states of a breaker; all known types where a row states none."""
+    """Return the types of a breaker in the table, or all known types if a row states none."""
     rows = rows_of_breakers()[breaker] if TYPES else []
     stated = {row.type for _, row in rows}
     return tuple(sorted(TYPES if "" in stated else {bare(name) for name in stated}))
 
 
 def chunks_of_breakers():
-    """Breakers of the same types by chunk, which is called by the place of its first breaker."""
+    """Return breakers of the same types by chunk, named by the index of its first breaker."""
     groups, by_chunk = {}, {}
     for place, breaker in enumerate(BREAKERS):
         groups.setdefault(types_of_breaker(breaker), []).append((place, breaker))
@@ -127,7 +127,7 @@ CHUNKS_OF_BREAKERS = chunks_of_breakers() if IS_FLEET else {}
 
 
 def types_of_chunk(wildcards):
-    """The entries of the types in a chunk: an edit of another type does not rerun it."""
+    """Return the entries of the types in a chunk, so that edits of other types do not rerun it."""
     names = {
         bare_name
         for name in CHUNKS_OF_BREAKERS[wildcards.chunk]
@@ -137,6 +137,6 @@ def types_of_chunk(wildcards):
 
 
 def source_of_breakers(wildcards):
-    """What the answers of a chunk come from: files of given names, sizes and times."""
+    """Return the source of the results of a chunk: names, sizes and times of files."""
     names = CHUNKS_OF_BREAKERS[wildcards.chunk]
     return fingerprint(row for name in names for _, row in rows_of_breakers()[name])

@@ -1,12 +1,12 @@
 """Simulated operations: the prior predictive, and the training banks.
 
-Needs nothing but the configuration. Makes one Zarr store a shard, each a job of its own, whose
-content depends on the seed, the prior, the grid, the onset, the motion and its number.
+Needs only the configuration. Makes one Zarr store a shard, in one job a shard. The content of a
+shard depends on the seed, the prior, the grid, the onset, the motion and the shard number.
 """
 
 
 rule prior_predictive:
-    """Operations drawn from the prior, to look at."""
+    """Simulate operations from the prior, for the prior predictive check."""
     input:
         code=code("simulate"),
     output:
@@ -30,7 +30,7 @@ rule prior_predictive:
 
 
 rule bank_shard:
-    """One shard of the training bank of one motion."""
+    """Simulate one shard of the training bank of one motion."""
     input:
         code=code("simulate"),
     output:
@@ -39,7 +39,7 @@ rule bank_shard:
         "logs/bank/{motion}_{shard}.log",
     benchmark:
         "results/benchmarks/bank_{motion}_{shard}.tsv"
-    priority: 10  # the longest chain first: what follows fills the cores after it
+    priority: 10  # start the longest chain first
     conda:
         "../../envs/breaker.yaml"
     params:

@@ -1,13 +1,13 @@
-"""Training of the posterior of each motion, apart and side by side.
+"""Training of the posterior of each motion, in separate jobs.
 
 Needs all shards of the motion's bank. Makes the model file, the history of the losses and the
-convergence of the solver. Checkpoints are no outputs, for Snakemake removes those of a failed
-job: they lie in checkpoints/, and a training that was killed goes on from there.
+convergence of the solver. Checkpoints are not outputs, because Snakemake removes outputs of a
+failed job. They are in checkpoints/, from which an interrupted training continues.
 """
 
 
 rule train:
-    """Train summary and inference network together."""
+    """Train summary and inference network jointly."""
     input:
         shards=[
             f"results/bank/{{motion}}/shard_{shard:03d}.zarr"
@@ -22,7 +22,7 @@ rule train:
         "logs/train/{motion}.log",
     benchmark:
         "results/benchmarks/train_{motion}.tsv"
-    priority: 10  # the longest chain first: what follows fills the cores after it
+    priority: 10  # start the longest chain first
     conda:
         "../../envs/breaker.yaml"
     threads: lambda wildcards: training_of_motion(wildcards)["threads"]

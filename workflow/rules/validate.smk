@@ -1,17 +1,17 @@
-"""Validation of each posterior on records that its training never saw.
+"""Validation of each posterior on records that were not used in its training.
 
 Needs the model file. Makes the draws of simulated records as Zarr, a table of the quality, and
 the figures of the paper's Secs. 5 and 6.
 """
 
 POSTERIOR = config["validation"]["posterior"]
-# Files cost most of the time, and their errors are large where they are any: of 500 curves, the
-# test detects (90 %) a posterior that is shifted by a quarter of its sd or narrower by a fifth.
+# Files take most of the time, and errors in reading them would be large: with 500 curves, the test
+# detects (90 %) a posterior that is shifted by a quarter of its sd or narrower by a fifth.
 READER_CURVES = config["validation"]["curves"] // 2
 
 
 rule figure_prior_predictive:
-    """Fig. 3: what the prior holds possible, beside the endurance test."""
+    """Fig. 3: curves of the prior with curves of the endurance test."""
     input:
         prior="results/prior_predictive/{motion}.zarr",
         curves=every_chunk("results/endurance/{motion}/curves_{chunk}.zarr") if MEASURED else [],
@@ -34,7 +34,7 @@ rule figure_prior_predictive:
 
 
 rule figure_loss:
-    """Loss over the training, and the convergence of the solver."""
+    """Draw the loss over the training, and the convergence of the solver."""
     input:
         history="results/training/{motion}_history.zarr",
         solver="results/training/{motion}_solver.zarr",
@@ -47,7 +47,7 @@ rule figure_loss:
         "results/benchmarks/figures_loss_{motion}.tsv"
     conda:
         "../../envs/breaker.yaml"
-    params:  # of the caption
+    params:  # for the caption
         network=network_of_motion,
         training=training_of_motion,
     script:
@@ -75,7 +75,7 @@ rule validate:
 
 
 rule validate_reader:
-    """The same through files: records written in two layouts, read back, inferred."""
+    """Validate through files: write records in two layouts, read them and infer."""
     input:
         model="results/models/{motion}.safetensors",
         code=code("validate_reader"),
@@ -95,7 +95,7 @@ rule validate_reader:
 
 
 rule identifiability:
-    """The contraction that an exact posterior reaches on average over the prior."""
+    """Compute the mean contraction of an exact posterior over the prior."""
     input:
         code=code("identifiability"),
     output:
@@ -117,7 +117,7 @@ rule identifiability:
 
 
 rule quality:
-    """One row an output: calibration, z-score, contraction beside its limit."""
+    """Tabulate calibration, z-score, contraction and its limit, one row an output."""
     input:
         validation="results/validation/{motion}_seed{seed}.zarr",
         corrected="results/validation/{motion}_corrected_seed{seed}.zarr",
@@ -192,7 +192,7 @@ rule figure_validation_reader:
 
 
 rule posterior_predictive:
-    """What the posteriors of four simulated records predict for them."""
+    """Predict four simulated records from their posteriors."""
     input:
         validation=validated,
         code=code("posterior_predictive"),
@@ -237,7 +237,7 @@ rule figure_posterior_predictive:
 
 
 rule second_seed:
-    """The quality of both motions on a second validation seed, outside of `all`."""
+    """Judge both motions on a second validation seed, not a part of `all`."""
     input:
         expand(
             "results/quality/{motion}_seed{seed}.csv",

@@ -1,4 +1,4 @@
-"""Collect the numbers that texts state, and say which of them differ from the stated ones."""
+"""Collect the numbers that texts state, and report differences from the stated numbers."""
 
 import pandas as pd
 

@@ -1,4 +1,4 @@
-"""Say how a drive stands to its limits: tables, and the sentences of the first page."""
+"""Judge the limits of a drive: tables, and the sentences of the first page."""
 
 import json
 from pathlib import Path

@@ -5,7 +5,7 @@ from breaker.paper.inference import predict_stages
 from breaker.paper.joint_model import Model
 from breaker.workflow.jobs import start
 
-STAGES = 4  # new, two between and worn: as many panels as the figure of the paper has
+STAGES = 4  # new, two between, and worn, as in the figure of the paper
 
 log = start(snakemake)
 params, motion = snakemake.params, snakemake.wildcards.motion

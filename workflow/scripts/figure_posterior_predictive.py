@@ -1,4 +1,4 @@
-"""Draw simulated records beside what their posteriors predict (Fig. 8)."""
+"""Draw simulated records with predictions of their posteriors (Fig. 8)."""
 
 from breaker.common.zarr_store import open_store
 from breaker.figures.predictive import posterior_predictive

@@ -1,4 +1,4 @@
-"""Draw what the prior holds possible beside three operations of the endurance test (Fig. 3)."""
+"""Draw curves of the prior with three operations of the endurance test (Fig. 3)."""
 
 import numpy as np
 
@@ -12,7 +12,7 @@ from breaker.workflow.jobs import start
 log = start(snakemake)
 prior, curves = open_store(snakemake.input.prior), None
 check = prior_check(prior.travel.values, prior.travel.values[:0])
-if snakemake.input.curves:  # none of a simulator of one's own
+if snakemake.input.curves:  # empty for the user's simulator
     curves = open_curves(snakemake.input.curves)
     curves = curves.isel(operation=np.flatnonzero(curves.accepted.values))
     check = prior_check(prior.travel.values, curves.travel.values)

@@ -31,18 +31,18 @@ about = f"{SOURCES[wildcards.get('source') or wildcards.motion]}: {snakemake.par
 
 
 def draw_contraction(scale: dict, file: str) -> None:
-    """Draw z-scores against contraction, with its limit where one is known."""
+    """Draw z-scores against contraction, with its limit if known."""
     wide = with_width(data)
     if alike := data.sizes["curve"] - wide.sizes["curve"]:
         log.warning("%d curves are left out, whose draws are all the same", alike)
     both = scores(wide.draws.values, wide.truth.values, **scale)
-    limit = files.get("limit")  # none is known of a family, or of a simulator of one's own
+    limit = files.get("limit")  # unknown for a family and for the user's simulator
     limit = open_store(limit).contraction.mean("curve").values if limit else None
     save(calibration.contraction(*both, names, about=about, limit=limit), file)
 
 
 def draw_pairs(prior: xr.Dataset, scale: dict, file: str) -> None:
-    """Draw the first record, whichever it is: the seed chose it, nobody else."""
+    """Draw the first record, which the seed chooses."""
     case = data.isel(curve=0)
     columns = np.concatenate([prior.parameters.values, prior.onset.values[:, None]], axis=1)
     scores = {

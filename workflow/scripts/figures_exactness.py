@@ -1,4 +1,4 @@
-"""Draw how far posteriors are from the exact ones, and how well a curve determines parameters."""
+"""Draw the divergence from exact posteriors, and how well a curve determines parameters."""
 
 from breaker.common.zarr_store import open_store
 from breaker.figures.exactness import exactness, identifiability
@@ -15,7 +15,7 @@ judged, amortised, corrected, limit = (
 parts_shown = examples(judged, amortised, corrected), summary(judged, corrected).iloc[0]
 save(exactness(judged, corrected, *parts_shown, motion=motion), snakemake.output.exactness)
 
-resolved = corrected.isel(curve=corrected.resolved.values)  # of the others, no width is known
+resolved = corrected.isel(curve=corrected.resolved.values)  # the others have no known width
 widths = {"limit": limit.contraction.values}
 for name, data in (("amortised", amortised), ("corrected", resolved)):
     if data.sizes["curve"]:

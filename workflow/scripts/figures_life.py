@@ -1,4 +1,4 @@
-"""Draw the life of a drive: its limits, what has changed, and the time and cost of a service."""
+"""Draw the life of a drive: its limits, its changes, and the time and cost of a service."""
 
 import json
 from pathlib import Path
@@ -27,7 +27,7 @@ life, standing = (open_store(files[name]).load() for name in ("life", "standing"
 words = json.loads(Path(files.words).read_text(encoding="utf-8"))
 
 true_changes = true_life = None
-if files.truth:  # of the simulated test; a measured one has none
+if files.truth:  # only for the simulated test
     truth = open_store(files.truth).load()
     new = {"operation": slice(None, life.asked.values[0])}  # until the reference is full
     true_changes = 100.0 * (truth.value / truth.value.sel(new).mean("operation") - 1.0)

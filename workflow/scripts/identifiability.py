@@ -1,4 +1,4 @@
-"""Compute the contraction that an exact posterior reaches, over draws from the prior."""
+"""Compute the contraction of an exact posterior over draws from the prior."""
 
 from breaker.common.randomness import generator
 from breaker.common.zarr_store import describe, save

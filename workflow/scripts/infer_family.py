@@ -1,4 +1,4 @@
-"""Infer some operations of the endurance test by the networks of families that ship."""
+"""Infer some operations of the endurance test by shipped networks of families."""
 
 from breaker.common.zarr_store import describe, open_store, save
 from breaker.family.networks import shipped_levels

@@ -1,4 +1,4 @@
-"""Hold the network's own density against the exact posterior, curve by curve."""
+"""Compare the network's density with the exact posterior, curve by curve."""
 
 from breaker.common.zarr_store import describe, open_store, save
 from breaker.paper.correction import judge

@@ -1,4 +1,4 @@
-"""Follow a drive in its own curves, and judge its limits."""
+"""Estimate the trend of a drive over its life, and judge its limits."""
 
 from breaker.common.zarr_store import describe, save
 from breaker.model.limits import from_list
@@ -7,7 +7,7 @@ from breaker.prognosis.life import follow
 from breaker.records.curves import open_curves
 from breaker.workflow.jobs import start
 
-UNUSED = ("travel", "measured_reason", "remarks")  # which a long life has much of
+UNUSED = ("travel", "measured_reason", "remarks")  # large variables of a long life
 
 log = start(snakemake)
 params = snakemake.params

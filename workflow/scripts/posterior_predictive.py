@@ -1,4 +1,4 @@
-"""Predict a few simulated records from their own posteriors."""
+"""Predict a few simulated records from their posteriors."""
 
 from breaker.common.zarr_store import describe, open_store, save
 from breaker.paper.inference import predict

@@ -1,4 +1,4 @@
-"""Simulate operations of one motion from the prior: for a bank, or to look at."""
+"""Simulate operations of one motion from the prior, for a bank or a predictive check."""
 
 from breaker.common.randomness import generator
 from breaker.common.zarr_store import describe, save
@@ -9,7 +9,7 @@ from breaker.workflow.jobs import start
 log = start(snakemake)
 params, motion = snakemake.params, snakemake.wildcards.motion
 
-# A bank serves sensors of any noise and zero.
+# One bank serves sensors with any noise and zero.
 sensor = {**params.grid, "onset_sd": params.onset_sd, "noise_sd": 1.0, "zero_sd": 0.0}
 model = Model.from_settings({**dict(params.items()), "sensor": sensor, "motion": motion})
 bank = simulate(model, params.curves, generator(params.seed, *params.purpose, motion))

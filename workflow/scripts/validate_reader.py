@@ -1,4 +1,4 @@
-"""Infer simulated records that went through curve files."""
+"""Infer simulated records that were written to curve files and read."""
 
 from breaker.common.randomness import generator
 from breaker.common.zarr_store import describe, save

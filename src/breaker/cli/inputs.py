@@ -25,9 +25,7 @@ def settings_of(overlays: Sequence[str]) -> dict:
 
 
 def limits_of(config: Mapping, overlays: Sequence[str]) -> list:
-    """Return the limits of the drive. The shipped limits, an example, count only if an overlay has
-    the section.
-    """
+    """Return the limits of the drive; the shipped limits, an example, count only if configured."""
     named = any("limits" in read(path) for path in overlays)
     return config["limits"] if named or config["limits"] != defaults()["limits"] else []
 
