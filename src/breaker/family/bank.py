@@ -18,23 +18,23 @@ from breaker.model.parameters import MOTIONS, NAMES
 GRID = -3.0 + 0.025 * np.arange(512)  # times u of a shape
 _STORED = (-0.5, 1.75)  # of a shape, in 16 bits
 _SCALE = float(np.ptp(_STORED)) / np.iinfo(np.uint16).max
-_FOLLOWED = GRID[-1] + 0.5  # durations; a transducer on a linkage lags behind
-_SLOWEST = 1000.0  # ms of a drive of size 1, in which half of the travel has to be made
+_FOLLOWED = GRID[-1] + 0.5  # durations to integrate; a transducer on a linkage lags behind
+_SLOWEST = 1000.0  # ms, in which a drive of size 1 must make half of its travel
 _log = logging.getLogger(__name__)
 
 
 def simulate_family(family: Family, drives: int, rng: np.random.Generator) -> xr.Dataset:
-    """Simulate both motions of drives of a family, each new and worn. A drive one of whose curves
-    has no shape is drawn again; ``drawn_again`` counts these.
+    """Simulate both motions of drives of a family, each new and worn. A drive with a curve without
+    a shape is replaced; ``drawn_again`` counts replacements.
 
     Returns:
         Over dims drive, condition, motion and u: ``shape``, in 16 bits, see ``shapes``; ``stroke``
         (mm) and ``duration`` (ms); ``release`` and ``switching``, times of the start of motion and
-        of touch or separation, in u; and of each drive its ``parameters``, ``elements`` (of a drive
-        of size 1), ``wear`` (number in ``WEAR``) and ``contact`` (number in ``CONTACTS``).
+        of touch or separation, in u; and for each drive ``parameters``, ``elements`` (at size 1),
+        ``wear`` (number in ``WEAR``) and ``contact`` (number in ``CONTACTS``).
 
     Raises:
-        RuntimeError: If hardly a drive of the family works.
+        RuntimeError: If few drives of the family have a shape.
     """
     rows, again = [], 0
     while len(rows) < drives:
@@ -64,29 +64,29 @@ def simulate_family(family: Family, drives: int, rng: np.random.Generator) -> xr
 
 
 def shapes(stored: np.ndarray) -> np.ndarray:
-    """Return shapes of a bank as they are stored, as shares of the travel."""
+    """Return stored shapes of a bank as shares of the travel."""
     return _SCALE * stored + _STORED[0]
 
 
 def _row(family: Family, rng: np.random.Generator) -> dict[str, np.ndarray]:
-    """One drive of a bank."""
+    """Return one drive of a bank."""
     new, kind = family.new(rng), family.kind_of_wear(rng)
     both = [_condition(drive) for drive in (new, family.worn(new, rng, kind))]
-    return {name: np.stack([one[name] for one in both]) for name in both[0]} | {
+    return {name: np.stack([state[name] for state in both]) for name in both[0]} | {
         "wear": np.int8(WEAR.index(kind)),
         "contact": np.int8(CONTACTS.index(new.elements.contact)),
     }
 
 
 def _condition(drive: Drive) -> dict[str, np.ndarray]:
-    """What a bank has of a drive of size 1 in one condition; shapes ``(m, u)`` as stored."""
-    ways = [follow(drive.numbers, drive.rest, m == "closing", _SLOWEST, _FOLLOWED) for m in MOTIONS]
-    if not all(len(pieces) and switching < np.inf for pieces, _, switching in ways):
+    """Return the data of a drive of size 1 in one condition; shapes ``(m, u)`` as stored."""
+    both = [follow(drive.numbers, drive.rest, m == "closing", _SLOWEST, _FOLLOWED) for m in MOTIONS]
+    if not all(len(pieces) and switching < np.inf for pieces, _, switching in both):
         raise FloatingPointError(f"a motion is not finite, or does not switch: {drive}")
-    stroke = abs(ways[0][1] - ways[1][1])  # between where both motions begin
+    stroke = abs(both[0][1] - both[1][1])  # distance between the starts of both motions
     shape = np.empty((len(MOTIONS), len(GRID)), dtype=np.uint16)
     times = np.empty((3, len(MOTIONS)))  # duration, release, switching
-    for i, (pieces, begin, switching) in enumerate(ways):
+    for i, (pieces, begin, switching) in enumerate(both):
         way = stroke if MOTIONS[i] == "closing" else -stroke
         first, half = (passing(pieces, begin + share * way) for share in LEVELS)
         duration = half - first

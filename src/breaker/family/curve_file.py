@@ -9,12 +9,12 @@ import numpy as np
 def write_curve(
     file: str | Path, time: np.ndarray, travel: np.ndarray, *, motion: str, operation: int
 ) -> None:
-    """Write a record as the simulated endurance test does: the default format reads it.
+    """Write a record of the simulated endurance test, which the default format reads.
 
     Args:
         time: Times, ``(t,)``, ms; written in s.
         travel: Travel, ``(t,)``, mm, zero at the open position.
-        motion, operation: Those above the samples.
+        motion, operation: Motion and number in the header.
     """
     above = ["travel record", f"motion: {motion}", f"operation: {operation}", "zero: open position"]
     columns = {"time": ["s", *texts(time / 1e3, 7)], "travel": ["mm", *texts(travel, 3)]}
@@ -23,7 +23,7 @@ def write_curve(
 
 
 def texts(values: np.ndarray, digits: int) -> list[str]:
-    """Return numbers as text; a missing one is blank."""
+    """Return numbers as text; missing numbers are blank."""
     return [f"{x:.{digits}f}" if x == x else "" for x in values.tolist()]
 
 

@@ -1,11 +1,11 @@
-"""A family of drives that the model does not fit: ranges of what it lacks, and of how it wears.
+"""A family of drives that the model does not fit: ranges of additional effects, and of wear.
 
-A drive has the seven parameters, a draw of the prior, and on top of it every element that the model
-lacks, drawn from its range. A draw whose drive holds no closed position is drawn again. A worn
-drive has changes of a few parameters and elements, as a share of their values in new condition.
+A drive has the seven parameters, a draw of the prior, and additional effects, drawn from their
+ranges. A draw whose drive has no closed position is repeated. A worn drive has changes of a few
+parameters and effects, as shares of their values in new condition.
 
-In a family that networks are trained on each mechanism is there or not, with a strength of its own:
-how many a drive has is uniform, from none, which is the model, to all of them.
+In a family for training, each effect is present or absent, with its own strength. The number of
+effects of a drive is uniform, from none, as in the model, to all of them.
 """
 
 from collections.abc import Mapping, Sequence
@@ -19,7 +19,7 @@ from breaker.model.parameters import FORCE, GAP, NAMES
 from breaker.model.prior import Prior
 
 WEAR = ("none", "sparse", "dense")
-TRIES = 10_000  # draws of a family, of which a drive has to hold and to have a curve
+TRIES = 10_000  # draws of a family, one of which must have a closed position and a curve
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,10 +36,10 @@ class Family:
             raise ValueError(f"{what}. Name effects of {', '.join(sorted(known))}")
 
     def new(self, rng: np.random.Generator) -> Drive:
-        """Draw a drive in new condition; again with its kind of contact if it does not work.
+        """Draw a drive in new condition; repeat with its kind of contact until the drive works.
 
         Raises:
-            RuntimeError: If no drive of the family holds a closed position.
+            RuntimeError: If no drive of the family has a closed position.
         """
         kinds = self.settings.get("contacts")
         contact = _chosen(kinds, CONTACTS, rng) if kinds else ""
@@ -50,7 +50,7 @@ class Family:
         raise RuntimeError(f"{why} or the strength in its file")
 
     def _proposed(self, contact: str, rng: np.random.Generator) -> Drive | None:
-        """Draw a drive with a contact, "" where a family has one kind; None if it does not work."""
+        """Draw a drive with a contact, "" if the family has one kind; None if it does not work."""
         theta = tuple(self.prior.sample(1, rng)[0].tolist())
         elements = _draw_all(self.settings["effects"], Elements, rng)
         drive = Drive(theta, elements.scaled(self._strength(rng)))
@@ -66,31 +66,31 @@ class Family:
         return drive if drive.holds else None
 
     def _strength(self, rng: np.random.Generator) -> dict[str, float]:
-        """Draw the strength of each mechanism, 0 where it is not there; or one for all."""
+        """Draw the strength of each effect, 0 if it is absent; or return one strength for all."""
         strength = self.settings["strength"]
         if not isinstance(strength, Sequence):
             return dict.fromkeys(SIZES, strength)
         (low, high), n = strength, len(SIZES)
-        there, size = rng.random() > rng.random(n), rng.triangular(low, low, high, n)
-        return dict(zip(SIZES, (there * size).tolist(), strict=True))
+        present, size = rng.random() > rng.random(n), rng.triangular(low, low, high, n)
+        return dict(zip(SIZES, (present * size).tolist(), strict=True))
 
     def worn(self, drive: Drive, rng: np.random.Generator, kind: str = "") -> Drive:
         """Draw a worn condition of a drive that is still in the prior's support.
 
         Raises:
-            RuntimeError: If no worn condition holds a closed position.
+            RuntimeError: If no worn condition has a closed position.
         """
         for _ in range(TRIES):
             wear = self.wear(rng, kind).items()
-            worn = drive.changed(**{name: drive.value(name) * (1.0 + by) for name, by in wear})
+            worn = drive.changed(**{n: drive.value(n) * (1.0 + share) for n, share in wear})
             if worn.holds and self.prior.supported(np.array(worn.theta)):
                 return worn
         why = f"in none of {TRIES} worn conditions does a drive hold a closed position; narrow the"
         raise RuntimeError(f"{why} ranges of wear in the file of the family: {drive}")
 
     def wear(self, rng: np.random.Generator, kind: str = "") -> dict[str, float]:
-        """Draw what wears, by name, and by which share of its value in new condition; of a kind of
-        ``WEAR`` where the family has several.
+        """Draw wear, shares of values in new condition by name; of a kind of ``WEAR`` if the family
+        has several.
         """
         wear, chosen = self.settings["wear"], []
         counts = wear["kinds"][kind] if kind else wear
@@ -122,7 +122,7 @@ def _draw(ends: Sequence[float], rng: np.random.Generator) -> float:
 
 
 def _small(ends: Sequence[float], smallest: float, rng: np.random.Generator) -> float:
-    """Draw from a range, uniform in the logarithm of the size from a share of an end on."""
+    """Draw from a range, uniform in the logarithm of the size, from a share of an end to it."""
     sizes = np.abs(ends)
     one_side = ends[0] * ends[1] >= 0.0
     side = sizes.argmax() if one_side else rng.random() * sizes.sum() > sizes[0]
@@ -130,7 +130,7 @@ def _small(ends: Sequence[float], smallest: float, rng: np.random.Generator) -> 
 
 
 def _draw_all(ranges: Mapping, kind: type, rng: np.random.Generator) -> Any:
-    """Draw an object of a class from ranges, in the order of its fields, not in that of a file."""
+    """Draw an object of a class from ranges, in the order of its fields, not of the file."""
     drawn = {}
     for field in fields(kind):
         if (ends := ranges.get(field.name)) is None:

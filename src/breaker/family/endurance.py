@@ -1,7 +1,7 @@
 """Simulate an endurance test: a drive that the model does not fit wears out while a sensor records.
 
-The endurance test of the paper is not public (paper, Sec. 7). This one has the seven parameters of
-the model, which are the truth, and effects that the model lacks. Its rates of wear are assumptions.
+The endurance test of the paper is not public (paper, Sec. 7). This test has the seven parameters of
+the model, with known true values, and additional effects. Its rates of wear are assumptions.
 """
 
 from collections.abc import Mapping
@@ -16,8 +16,8 @@ from breaker.model.parameters import NAMES
 
 @dataclass(frozen=True)
 class EnduranceTest:
-    """The drive of a test before its first operation; what ``definitions.simulated_test`` returns,
-    its wear and its sensor; and the seed of the configuration.
+    """The drive of a test before its first operation; settings of its wear and sensor, from
+    ``definitions.simulated_test``; and the seed of the configuration.
     """
 
     new: Drive
@@ -49,8 +49,8 @@ class EnduranceTest:
     def worn(self, operation: int, *, scatter: bool = True) -> Drive:
         """Return the drive at an operation, counted from 1.
 
-        What wears changes linearly up to the knee, and ``faster`` times as fast after it, to its
-        change at the end of life. Operations scatter around these values.
+        Values change linearly up to the knee, and ``faster`` times as fast after it, to the change
+        at the end of life. Operations scatter around these values.
         """
         wear, life = self.settings["wear"], operation / self.operations
         knee, faster = wear["knee"], wear["faster"]

@@ -14,7 +14,7 @@ from breaker.records.contacts import ContactTimes
 from breaker.records.measurements import measure_curve
 
 _STAGES = 41  # of a life, at which drives are simulated; wear is linear in between
-_NEW = 50  # first operations, whose mean is the reference of changes
+_NEW = 50  # first operations; their mean is the reference of changes
 
 
 def truth_of(
@@ -24,9 +24,9 @@ def truth_of(
 
     Returns:
         ``value (operation, parameter)``: true parameters. ``measured (operation, motion,
-        quantity)``: quantities of a record without noise and with contact timing; nan if it does
-        not show one. ``difference (operation, motion)``: largest difference of the drive's curve
-        and the model's at ``times``, mm.
+        quantity)``: quantities of a record without noise and with contact timing; nan if the record
+        does not show one. ``difference (operation, motion)``: largest difference between the curves
+        of drive and model at ``times``, mm.
     """
     sensor, knee = test.settings["sensor"], test.settings["wear"]["knee"]
     recorded = np.arange(-sensor["lead"], sensor["length"], 1.0 / sensor["rate"])
@@ -59,8 +59,8 @@ def truth_of(
 
 
 def failure_times(truth: xr.Dataset, limits: Sequence[Limit]) -> dict[str, float]:
-    """Return the operation at which what ``truth_of`` returns first exceeds each limit; nan if it
-    never does. A quantity that the model lacks is infinite.
+    """Return the operation at which the result of ``truth_of`` first exceeds each limit; nan if it
+    never does. A quantity without a value in the model counts as exceeding.
     """
     times = {}
     for limit in limits:

@@ -1,4 +1,4 @@
-"""Files of instruments: exports of ``breaker example``, and curves that validate the reader."""
+"""Simulated files of analysers, for ``breaker example`` and to validate the reader."""
 
 import tempfile
 import zlib
@@ -29,13 +29,13 @@ _STATED = "Station: Example\nSerial No: EX-0001\nType: 12 kV\nTest Date: {date}\
 def write_wide(
     file: str | Path, time: np.ndarray, travel: np.ndarray, *, motion: str, operation: int
 ) -> None:
-    """Write a record as an analyser does: currents and travels side by side, a rate, no times.
+    """Write a record as an analyser does: columns of currents and travels, a rate, no times.
 
     Args:
         time: Times at the rate of the layout, ``(t,)``, ms.
-        travel: Of the first channels, ``(t,)`` or ``(channels, t)``, mm; NaN for a missing sample.
-            Other channels are at rest, and end early.
-        motion, operation: The number of lines above the samples depends on both.
+        travel: Travel of the first channels, ``(t,)`` or ``(channels, t)``, mm; NaN for a missing
+            sample. Other channels are at rest, and end early.
+        motion, operation: Values on which the number of lines above the samples depends.
     """
     rate = (time.size - 1) / (time[-1] - time[0])
     above = [f"Sampling rate;{rate:g} kHz", "Gerät;Prüfstand 7", f"{motion}: {operation}"]
@@ -53,10 +53,10 @@ def write_wide(
 def _close_open(
     drive: Drive, time: np.ndarray, numbers: Mapping, poles: int, rng: np.random.Generator
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Simulate a close and an open of poles that scatter around a drive.
+    """Simulate a closing and an opening of poles that scatter around a drive.
 
     Returns:
-        Starts of the motions and when the contact touches and separates, ``(poles, m)``, ms, and
+        Starts of the motions, times of contact touch and separation, ``(poles, m)``, ms, and
         travel, ``(poles, t)``, mm.
     """
     trigger = numbers["start"] + numbers["start_sd"] * rng.standard_normal()
@@ -77,11 +77,11 @@ def _close_open(
 def write_close_opens(
     drive: Drive, seed: int, folder: Path, operations: Sequence[int]
 ) -> dict[int, np.ndarray]:
-    """Write a file for each operation of a drive of the simulated endurance test, as large as of
-    high voltage, such as ``rack_0001.txt``, to a folder that need not exist.
+    """Write a file for each operation, such as ``rack_0001.txt``, of a drive of the simulated
+    endurance test at the size of high voltage. The folder need not exist.
 
     Returns:
-        By operation, the start of each motion of each channel, ms of the record, ``(channels, m)``.
+        Start of each motion of each channel, ms of the record, ``(channels, m)``, by operation.
     """
     folder.mkdir(parents=True, exist_ok=True)
     time, starts = np.arange(0.0, _HIGH["length"], 1.0 / _HIGH["rate"]), {}
@@ -110,7 +110,7 @@ def write_inspections(settings: Mapping, folder: Path) -> int:
 
 
 def _inspection(drive: Drive, rng: np.random.Generator) -> dict[str, list[str]]:
-    """Return the columns of a close and an open of three poles, as text."""
+    """Return the columns of a closing and an opening of three poles, as text."""
     time = np.arange(round(_VISITS["length"] * _VISITS["rate"])) / _VISITS["rate"]
     starts, switches, travels = _close_open(drive, time, _VISITS, 3, rng)
     columns = {"Time (ms)": texts(time, 2)}
@@ -127,7 +127,7 @@ def _inspection(drive: Drive, rng: np.random.Generator) -> dict[str, list[str]]:
 
 
 class Layout(NamedTuple):
-    """Form of files: what writes one, section ``endurance.format`` that reads it, ending, kHz."""
+    """Layout of files: writer, section ``endurance.format`` that reads it, ending, rate in kHz."""
 
     write: Callable
     settings: Mapping
@@ -147,12 +147,12 @@ def through_files(
     layouts: Mapping[str, Layout] = LAYOUTS,
 ) -> tuple[np.ndarray, np.ndarray, list[str]]:
     """Draw ``n`` records from the prior, write each in one of the layouts, and read them. A
-    rejection depends on the record alone, so the ranks of the other truths stay uniform.
+    rejection depends on the record alone, so ranks of the true values of the others stay uniform.
 
     Returns:
-        Records on the grid, ``(n, t)``, mm; their parameters, and where the onset is inferred the
-        time from the reader's first motion to the true start, ms: ``(n, q)``; and why the reader
-        rejected the other records.
+        Records on the grid, ``(n, t)``, mm; their parameters, and if the onset is inferred the time
+        from the first detected motion to the true start, ms: ``(n, q)``; and the reasons why the
+        reader rejected the other records.
 
     Raises:
         RuntimeError: If the reader rejects all records.
@@ -167,9 +167,9 @@ def through_files(
     reasons = np.full(n, "", dtype=object)
     length = sensor.stop - sensor.start + 2 * numbers["margin"]
     for i, layout in enumerate(layouts.values()):
-        own, operations = slice(i, None, len(layouts)), []
+        part, operations = slice(i, None, len(layouts)), []
         time = np.arange(round(length * layout.rate)) / layout.rate
-        curves = travel(theta[own], time, motion, onset=starts[own]).travel
+        curves = travel(theta[part], time, motion, onset=starts[part]).travel
         with tempfile.TemporaryDirectory() as folder:
             for number, record in enumerate(sensor.corrupt(curves, rng)):
                 file = Path(folder, f"{motion}_{number:05d}{layout.ending}")
@@ -177,7 +177,7 @@ def through_files(
                 operations.append(Operation(number, file))
             settings = {"stroke": numbers["stroke"], **layout.settings}
             files = read_curves(operations, settings, Grid(sensor.times), motion)
-        measured[own], first[own], reasons[own] = files.travel, files.first_motion, files.reason
+        measured[part], first[part], reasons[part] = files.travel, files.first_motion, files.reason
     # The networks of the paper take complete records.
     reasons[(reasons == "") & np.isnan(measured).any(axis=1)] = "a sample is missing or masked"
     truth = np.column_stack([theta, starts - first]) if sensor.infers_onset else theta

@@ -1,9 +1,9 @@
-"""Whether a record is of a drive of the family: its distance from the family's shapes.
+"""Membership of a record in the family: its distance from the family's shapes.
 
-Shapes are taken for normal in their principal components, and records for these with noise,
-whatever rests and times they were normalised by. The squared Mahalanobis distance is compared with
-those of held-out drives, at the record's own noise. So its p-value is calibrated though shapes are
-not normal.
+Principal components of shapes are assumed normal, and records are shapes with noise, with free rest
+positions and times of normalisation. The squared Mahalanobis distance is compared with distances of
+held-out drives, at the noise of the record. So its p-value is calibrated although shapes are not
+normal.
 """
 
 from collections.abc import Callable, Hashable, Iterable, Sequence
@@ -16,8 +16,8 @@ from breaker.family.shape import SHAPE_TIMES
 
 T = TypeVar("T")
 
-_USUAL = 0.1  # p-value above which no other family is tried: 90 % of its own drives stay inside
-_FREE = 4.0  # variance of what a record's own rests and times leave open: next to nothing known
+_USUAL = 0.1  # p-value from which no other family is tried: 90 % of the family's drives
+_FREE = 4.0  # prior variance of rest positions and times of normalisation, wide
 # Parts of a motion, in durations after 10 % of the travel.
 PARTS = {"start": (-np.inf, 0.0), "main motion": (0.0, 2.0), "end": (2.0, np.inf)}
 
@@ -27,8 +27,8 @@ class Match(NamedTuple):
 
     Attributes:
         p_value: Share of the family's drives that are more unusual, at the record's noise.
-        parts: By part of the motion, the root mean square of what the nearest shape leaves over
-            that of 99 % of the family's drives: above 1 in the parts that differ.
+        parts: Root mean square deviation from the nearest shape, by part of the motion, over the
+            99 % quantile of the family's drives: above 1 in the parts that differ.
         nearest: The nearest shape, travel over stroke, ``(g,)``.
         evidence: Log density of the record among drives of the family, up to a common constant.
     """
@@ -44,8 +44,8 @@ class Membership(NamedTuple):
 
     Attributes:
         noise: Levels of the noise over the stroke, rising, ``(l,)``.
-        squares, shares: Quantiles of the squared distance at each, ``(l, k)``, and of which shares.
-        left: 99 % quantiles of what the nearest shape leaves of each part, in noise, ``(l, 3)``.
+        squares, shares: Quantiles of the squared distance at each level, ``(l, k)``; their shares.
+        left: 99 % quantiles of the deviation of each part from the nearest shape, ``(l, 3)``.
     """
 
     noise: np.ndarray
@@ -54,11 +54,11 @@ class Membership(NamedTuple):
     left: np.ndarray
 
     def match(self, seen: NormalisedRecords, basis: Basis) -> Match:
-        """Compare one record with the family; noise below the lowest level counts as that."""
+        """Compare one record with the family; noise below the lowest level counts as this level."""
         seen = seen._replace(noise=np.maximum(seen.noise, self.noise[0]))
         square, left, nearest, evidence = (values[0] for values in distances(seen, basis))
-        at = float(np.clip(np.log(seen.noise[0]), *np.log(self.noise[[0, -1]])))
-        level = np.interp(at, np.log(self.noise), np.arange(self.noise.size))
+        log_noise = float(np.clip(np.log(seen.noise[0]), *np.log(self.noise[[0, -1]])))
+        level = np.interp(log_noise, np.log(self.noise), np.arange(self.noise.size))
         low = min(int(level), self.noise.size - 2)
         share = level - low
         quantiles, usual = (
@@ -74,12 +74,12 @@ def distances(seen: NormalisedRecords, basis: Basis) -> tuple[np.ndarray, ...]:
     """Return how far records are from the family's shapes.
 
     Returns:
-        Squares of their distances over the number of samples, ``(n,)``; root mean square of what
-        the nearest shape leaves of each part, in noise, ``(n, 3)``, nan without a sample; the
-        nearest shapes, ``(n, g)``; and the evidence, as of ``Match``, ``(n,)``.
+        Squared distances over the number of samples, ``(n,)``; root mean square deviations of each
+        part from the nearest shape, in noise, ``(n, 3)``, nan without a sample; the nearest shapes,
+        ``(n, g)``; and the evidence, as of ``Match``, ``(n,)``.
     """
     slope, mean = np.gradient(basis.mean, SHAPE_TIMES), basis.mean
-    # Changes by another zero, stroke, origin and duration, to first order.
+    # First-order changes by another zero, stroke, origin and duration.
     free = np.array([np.ones_like(mean), mean, slope, SHAPE_TIMES * slope])
     free /= np.linalg.norm(free, axis=1, keepdims=True)
     directions = np.vstack([basis.directions, free])
@@ -95,8 +95,8 @@ def distances(seen: NormalisedRecords, basis: Basis) -> tuple[np.ndarray, ...]:
         left = (way - nearest) / noise
         total = (off @ left[there]) / noise
         evidence = -0.5 * (total + np.linalg.slogdet(precision)[1] + spread)
-        of = [np.square(left[part & there]) for part in parts]
-        lefts = [np.sqrt(square.mean()) if square.size else np.nan for square in of]
+        in_parts = [np.square(left[part & there]) for part in parts]
+        lefts = [np.sqrt(square.mean()) if square.size else np.nan for square in in_parts]
         squares.append((total / there.sum(), lefts, nearest, evidence))
     return tuple(map(np.array, zip(*squares, strict=True)))
 
@@ -104,15 +104,15 @@ def distances(seen: NormalisedRecords, basis: Basis) -> tuple[np.ndarray, ...]:
 def choose_family(
     families: Iterable[T], match: Callable[[T], Sequence[tuple[Hashable, Match]]], least: float
 ) -> tuple[T, list[tuple[Hashable, Match]], bool]:
-    """Return the family that records give most evidence of, or fit best where they fit none; what
-    ``match`` returned of it; and whether the records fit.
+    """Return the family for which records give most evidence, or the nearest if they fit none; the
+    result of ``match`` for it; and whether the records fit.
 
-    Drives of an independent simulator are often just inside the first family, with wrong answers.
-    A wider family has wider intervals, and they contain the truth.
+    Drives of an independent simulator are often just inside the first family, with wrong estimates.
+    Intervals of a wider family are wider and contain the truth.
 
     Args:
-        families: Families, the narrowest first; the next is opened only where records are unusual.
-        match: Returns how each record fits, with the group that it is in: its median has to fit.
+        families: Families, the narrowest first; the next is opened only if records are unusual.
+        match: Returns the match of each record, with its group. The median of a group has to fit.
         least: p-value below which a group does not fit.
     """
     tried = []
@@ -129,5 +129,5 @@ def choose_family(
         fits = p_value >= least
         grade = (fits, evidence.sum(), 0.0) if fits else (fits, p_value, -off)
         tried.append((grade, family, matches))
-    (fits, *_), family, matches = max(tried, key=lambda one: one[0])
+    (fits, *_), family, matches = max(tried, key=lambda entry: entry[0])
     return family, matches, fits

@@ -30,11 +30,11 @@ def header_of(config: Mapping[str, Any], kind: str, definition: Mapping) -> dict
 
 
 def unfit(path: str | Path, config: Mapping[str, Any], kind: str, definition: Mapping) -> list[str]:
-    """Return differences of a network and a configuration in the prior and the family; raise as
+    """Return the differences between a network and a configuration in prior and family; raise as
     ``settings_of``.
     """
     both = settings_of(path), header_of(config, kind, definition)
-    parts = [{key: one.get(key) for key in ("family", "definition", "prior")} for one in both]
+    parts = [{key: e.get(key) for key in ("family", "definition", "prior")} for e in both]
     return differing(*parts)
 
 
@@ -52,7 +52,7 @@ def differing(actual: Any, wanted: Any, key: str = "") -> list[str]:
 def write_network(
     path: str | Path, settings: Mapping, weights: Mapping[str, np.ndarray], frozen: Mapping
 ) -> None:
-    """Write a network: what ``header_of`` returns, weights of ``training.FamilyNetwork``, and other
+    """Write a network: settings of ``header_of``, weights of ``training.FamilyNetwork``, and other
     arrays of ``StateNetwork`` or ``ChangeNetwork``, some of them by motion.
     """
     arrays = {f"network.{name}": np.float32(weight) for name, weight in weights.items()}

@@ -21,15 +21,15 @@ def infer_operations(
     seed: int,
     misfit_p_value: float,
 ) -> xr.Dataset:
-    """Infer measured operations, each in the family that its record gives most evidence of.
+    """Infer measured operations, each in the family for which its record gives most evidence.
 
     Args:
         curves: Curves in the layout of ``read_curves``; rejected ones stay, with their reason.
         families: State networks, in the order in which they are tried.
-        misfit_p_value: p-value of the membership below which nothing is inferred of a record.
+        misfit_p_value: p-value of the membership below which nothing is inferred from a record.
 
     Returns:
-        ``curves`` without what is in the records, with ``draws (operation, draw, output)`` of the
+        ``curves`` without samples and quantities, with ``draws (operation, draw, output)`` of the
         parameters, physical units, which do not depend on other operations; and over ``operation``
         the ``family``, the ``p_value`` of membership and the flag ``misfit``.
     """

@@ -1,8 +1,8 @@
 """How curves of a family's drives change with each parameter, predicted from their shapes.
 
-Of the change of drives of an independent simulator, the two-mass model leaves a third. A regression
-over drives of the family leaves 10 %, with a covariance of its errors. ``envs/sensitivities.py``
-fits those that ship.
+The two-mass model predicts the change of drives of an independent simulator with an error of a
+third. A regression over drives of the family has an error of 10 %, with a covariance of its errors.
+``envs/sensitivities.py`` fits the shipped regressions.
 """
 
 from functools import cache
@@ -15,9 +15,9 @@ from breaker.family.inputs import Basis
 from breaker.model.parameters import MOTIONS, NAMES
 from breaker.shipped import model_file
 
-SETS = (MOTIONS, *((motion,) for motion in MOTIONS))  # at hand, each with a regression
-_SQUARED = 6  # components of shapes, of which there are products
-_FARTHEST = 3.0  # sds of a component; products of larger ones are extrapolations
+SETS = (MOTIONS, *((motion,) for motion in MOTIONS))  # recorded motions, each set has a regression
+_SQUARED = 6  # components of shapes whose products are features
+_FARTHEST = 3.0  # sds at which components are cut; products of larger ones are extrapolations
 
 
 class Sensitivities(NamedTuple):
@@ -25,9 +25,9 @@ class Sensitivities(NamedTuple):
 
     Attributes:
         shapes: Components of the shapes of all motions, one after the other.
-        weights: Of the features of a drive, ``(f, p * k)``.
-        curves, errors: In which they change, ``(k, m * (g + 1))``; covariance of the errors of each
-            parameter in these, ``(p, k, k)``.
+        weights: Weights of the features of a drive, ``(f, p * k)``.
+        curves, errors: Basis of changes, ``(k, m * (g + 1))``, and covariance of the errors of each
+            parameter in this basis, ``(p, k, k)``.
     """
 
     shapes: Basis
@@ -40,7 +40,7 @@ class Sensitivities(NamedTuple):
         being ``m * (g + 1)``, and covariances of their errors, ``(p, c, c)``.
 
         Args:
-            shapes: Its curves over their strokes, ``(m * g,)``.
+            shapes: Curves of the drive over their strokes, ``(m * g,)``.
             pace: Logarithm of the duration of the last motion over the first.
         """
         changes = features(self.shapes, shapes[None], np.array([pace])) @ self.weights
@@ -49,11 +49,11 @@ class Sensitivities(NamedTuple):
 
 
 def features(basis: Basis, shapes: np.ndarray, paces: np.ndarray) -> np.ndarray:
-    """Return what the regression is on, ``(n, f)``: components, pace, and products of the first."""
+    """Return features of the regression, ``(n, f)``: components, pace, and first products."""
     scores = basis.amplitudes(shapes) / np.sqrt(basis.variances)
     scores = np.clip(scores, -_FARTHEST, _FARTHEST)
-    one, other = np.triu_indices(_SQUARED)
-    return np.column_stack([np.ones(len(scores)), scores, paces, scores[:, one] * scores[:, other]])
+    i, j = np.triu_indices(_SQUARED)
+    return np.column_stack([np.ones(len(scores)), scores, paces, scores[:, i] * scores[:, j]])
 
 
 @cache

@@ -1,7 +1,7 @@
 """Shapes: records without their size, as travel over the stroke against time over a duration.
 
-The record itself gives its units: the rest positions before and after, and the time from 10 to
-50 % of the travel, before dampers act. So records of drives that move alike are the same numbers,
+The record itself defines its units: the rest positions before and after, and the time from 10 to
+50 % of the travel, before dampers act. So drives with the same shape of motion have equal numbers,
 whatever their size, rate and unit of travel. Training and inference both normalise by this code.
 """
 
@@ -16,16 +16,16 @@ SHAPE_STEP = 0.1  # durations
 SHAPE_TIMES = SHAPE_STEP * np.arange(-20, 101)
 """Times of the grid, ``(g,)``: after 10 % of the travel, in durations."""
 
-LEVELS = 0.1, 0.5  # shares of the travel, whose times make the duration
-WINDOW = -2.9, 9.7  # durations after 10 % of the travel, in which networks see a record
+LEVELS = 0.1, 0.5  # shares of the travel, between which the duration is measured
+WINDOW = -2.9, 9.7  # durations after 10 % of the travel: the part of a record for networks
 
 _fast = compiled(late=True)
 
-_RESTS = 2.0, 7.0  # durations before and after 10 % of the travel; farther away a drive rests
-_SMOOTH = 0.2  # durations: average before levels are looked for, so that noise passes none twice
+_RESTS = 2.0, 7.0  # durations before and after 10 % of the travel, beyond which a drive rests
+_SMOOTH = 0.2  # durations, over which travel is averaged, so that noise crosses no level twice
 _GAP = 0.3  # durations between two samples, beyond which samples are missing: 3 steps of the grid
-_FEWEST = 3  # samples of a rest
-_ROUNDS = 4  # rest positions and duration depend on one another; more rounds change nothing
+_FEWEST = 3  # samples of a rest position
+_ROUNDS = 4  # iterations, as rest positions and duration depend on each other; more change nothing
 
 
 class Shape(NamedTuple):
@@ -36,7 +36,7 @@ class Shape(NamedTuple):
             samples are missing.
         present: Whether there are samples, ``(g,)`` of bool.
         rest: Rest position before the motion, in the record's unit of travel.
-        stroke: From there to the rest position after it.
+        stroke: Distance from there to the rest position after the motion.
         origin: Time of 10 % of the travel after the first sample, ms.
         duration: Time from 10 to 50 % of the travel, ms.
     """
@@ -50,18 +50,18 @@ class Shape(NamedTuple):
 
 
 def median_units(shapes: Sequence[Shape]) -> Shape:
-    """Return the first of a drive's shapes with the median stroke and duration of all."""
+    """Return the first of the shapes, with the median stroke and duration of all."""
     middle = np.median([(shape.stroke, shape.duration) for shape in shapes], axis=0).tolist()
     return shapes[0]._replace(stroke=middle[0], duration=middle[1])
 
 
 def shape_of(travel: np.ndarray, step: float, like: Shape | None = None) -> Shape | None:
-    """Normalise a record; return None if it has no motion from one rest to another.
+    """Normalise a record; return None if it has no motion between two rest positions.
 
     Args:
         travel: Travel in the direction of the motion, ``(n,)``; NaN where a sample is missing.
         step: Time between samples, ms.
-        like: Shape in whose stroke and duration it is given; its own if None.
+        like: Shape whose stroke and duration are the units; those of the record if None.
     """
     way, present = np.empty(SHAPE_TIMES.size), np.empty(SHAPE_TIMES.size, dtype=np.bool_)
     units = (0.0, 0.0) if like is None else (like.stroke, like.duration)
@@ -71,8 +71,8 @@ def shape_of(travel: np.ndarray, step: float, like: Shape | None = None) -> Shap
 
 @_fast
 def effective_noise(noise_sd, colour, step):
-    """Return the sd of noise after the average over a step of the grid: of samples of an sd, which
-    correlate with the next by ``colour``, at a step in durations.
+    """Return the sd of noise after the average over a step of the grid, from the sd of samples, the
+    correlation of neighbours, ``colour``, and the step between samples, in durations.
     """
     share = step / SHAPE_STEP * (1.0 + colour) / (1.0 - colour)
     return noise_sd * np.sqrt(min(1.0, share))
@@ -80,8 +80,8 @@ def effective_noise(noise_sd, colour, step):
 
 @_fast
 def normalise(travel, step, like, way, present):
-    """Compute ``shape_of`` into ``way`` and ``present``; return rest, stroke, origin, duration, 0
-    without a motion. ``like`` is stroke and duration of another record, zeros without one.
+    """Write ``way`` and ``present`` of ``shape_of``; return rest, stroke, origin and duration, 0
+    without a motion. ``like`` is stroke and duration of another record, or zeros.
     """
     known = np.flatnonzero(~np.isnan(travel))
     time, value, n = known * step, travel[known], known.size
@@ -119,14 +119,14 @@ def normalise(travel, step, like, way, present):
 
 @_fast
 def _mean(values):
-    """Mean by a sum in order, the same to the last digit whether it is compiled or not."""
+    """Return the mean by a sum in order, equal to the last digit if compiled or not."""
     return values.cumsum()[-1] / values.size
 
 
 @_fast
 def _rise(time, value, low, high, window):
-    """Time at which the averaged record last leaves the lower level, and time from there to where
-    it first reaches the upper one; zeros if it does not.
+    """Return the time at which the averaged record last leaves the lower level, and the time from
+    there until it first reaches the upper level; zeros if it does not.
     """
     n, total, half = value.size, 0.0, window // 2
     smooth, begin, end = np.empty(n), 0, 0
@@ -151,7 +151,7 @@ def _rise(time, value, low, high, window):
 
 @_fast
 def _crossing(time, smooth, i, level):
-    """Time at which a level is passed between samples i - 1 and i."""
+    """Return the time at which travel crosses a level between samples i - 1 and i."""
     rise = smooth[i] - smooth[i - 1]
     share = (level - smooth[i - 1]) / rise if rise > 0.0 else 1.0
     return time[i - 1] + share * (time[i] - time[i - 1])
@@ -159,8 +159,8 @@ def _crossing(time, smooth, i, level):
 
 @_fast
 def _averages(time, value, origin, duration, gap, way, present):
-    """Mean of the line through samples over each step of the grid, and whether it has samples: not
-    beyond the record, nor where two samples are more than ``gap`` apart.
+    """Write the mean of the line through samples over each step of the grid, and whether the step
+    has samples: it is within the record, and between samples within ``gap`` of each other.
     """
     n, i = value.size, 0
     last, area, total = -np.inf, 0.0, 0.0
@@ -175,8 +175,8 @@ def _averages(time, value, origin, duration, gap, way, present):
             area = total + value[n - 1] * (edge - time[n - 1])
         else:
             share = (edge - time[i]) / (time[i + 1] - time[i])
-            there = value[i] + share * (value[i + 1] - value[i])
-            area = total + 0.5 * (value[i] + there) * (edge - time[i])
+            height = value[i] + share * (value[i + 1] - value[i])
+            area = total + 0.5 * (value[i] + height) * (edge - time[i])
         if j % 2:
             way[j // 2] = (area - last) / (SHAPE_STEP * duration)
             middle, k = edge - 0.5 * SHAPE_STEP * duration, min(i, n - 2)

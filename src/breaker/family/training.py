@@ -22,15 +22,15 @@ from breaker.networks.training import Checkpoint, MadeRows, Trainer, choose_devi
 _LEVELS = 8  # of the noise, over the range of the training
 _QUANTILES = 64  # of squared distances: interpolation between more changes no p-value
 
-# The highest learning rate with which no training diverged; edges by Muon fare worse here.
+# Highest learning rate with which no training diverged; training edges by Muon gave worse results.
 _OPTIMISER = {"optimiser": "muon", "learning_rate": 0.002}
-# What differs from the defaults of the trainer: drives of a bank are seen many times, so weights
-# decay; mixtures have rare steep gradients; and the average is of the last 500 steps.
+# Differences from defaults of the trainer: weights decay, as drives of a bank are used many times;
+# gradients are clipped, as mixtures have rare steep ones; 500 steps are averaged.
 _TRAINING = {"weight_decay": 0.01, "clip": 5.0, "ema": 0.998}
 
 
 class FamilyNetwork(nn.Module):
-    """Residual network and autoregressive mixture, of ``networks.Network`` with torch: of settings
+    """``networks.Network`` with torch: residual network and autoregressive mixture, by settings
     ``width``, ``blocks``, ``features``, ``components`` and ``head``, and sizes of input and output.
     """
 
@@ -67,14 +67,14 @@ def train_network(
 
     Args:
         rows: From ``rows_of``; the last ``validation_curves`` drives judge the training.
-        held_out: Drives whose distances from the family are those of members.
+        held_out: Drives whose distances from the family define membership.
         settings: ``network`` and ``training`` of the section ``family``, and the ``device``.
-        workers: Processes that make batches ahead.
+        workers: Processes that prepare batches.
         checkpoint: File that keeps the state of the training.
     """
     rows.freeze(generator(seed, "family", rows.network.kind, "scales"))
     device = choose_device(settings["device"])
-    sizes = [one.shape[1] for one in rows.rows(np.arange(1), np.random.default_rng(1))[:2]]
+    sizes = [part.shape[1] for part in rows.rows(np.arange(1), np.random.default_rng(1))[:2]]
     kind, atoms = rows.network.kind, rows.network.atoms
     network = FamilyNetwork(settings["network"], kind, sizes, atoms=atoms, seed=seed)
     last = len(rows) - settings["training"]["validation_curves"]
@@ -101,7 +101,7 @@ def train_network(
 def _membership(
     curves: np.ndarray, basis: Basis, sensors: Sensors, rng: np.random.Generator
 ) -> Membership:
-    """Return the distances of curves ``(n, u)`` of held-out drives, at levels of the noise."""
+    """Return the distances of curves ``(n, u)`` of held-out drives, at several levels of noise."""
     tables = []
     for level in np.geomspace(*sensors.noise, _LEVELS):
         seen, _ = record_shapes(curves, rng, sensors._replace(noise=(level, 1.01 * level)))

@@ -1,4 +1,4 @@
-"""Records of a bank's curves for training, each by another sensor, normalised as measured ones."""
+"""Training records of a bank's curves, each by another sensor, normalised as measured records."""
 
 import numpy as np
 
@@ -9,7 +9,7 @@ from breaker.family.shape import effective_noise, normalise
 
 _fast = compiled()
 
-_TRIES = 20  # records of a curve, before it counts as without a motion
+_TRIES = 20  # records of a curve without a motion, after which the curve is absent
 
 
 def record_shapes(
@@ -24,14 +24,13 @@ def record_shapes(
 
     Args:
         curves: Travel over the stroke, ``(n, u)``, at the times of a bank.
-        sensors: What records them: see there.
-        like: Stroke and duration, in those of the curves, in which records are measured, ``(n,)``
-            each.
-        wanted: Which curves are recorded, ``(n,)`` of bool; all if None. Others are not there.
+        sensors: Ranges of their sensors.
+        like: Stroke and duration of other records as units, relative to the curves, ``(n,)`` each.
+        wanted: Which curves are recorded, ``(n,)`` of bool; all if None. Others are absent.
 
     Returns:
-        The records, in strokes and durations of their curves, and when they show 10 % of the
-        travel, ``(n,)``. A curve of which no record shows a motion is not there.
+        Records, in strokes and durations of their curves, and their times of 10 % of the travel,
+        ``(n,)``. A curve is absent if no record of it shows a motion.
     """
     n = len(curves)
     seen, origin, units = NormalisedRecords.nothing(n), np.zeros(n), np.zeros((2, n))
@@ -46,8 +45,8 @@ def record_shapes(
 
 @_fast
 def _record(curves, rng, sensors, strokes, durations, there, origins, ways, presents, *about):
-    """Record the curves that are to be there; ``there`` is then which are. Of log-uniform ranges
-    sensors have logarithms; ``about`` is stroke, duration, noise, colour and step, ``(n,)`` each.
+    """Record the curves that are ``there``, and write to it which have a motion. Log-uniform ranges
+    of sensors are logarithms; ``about`` is stroke, duration, noise, colour and step, ``(n,)`` each.
     """
     longest = int((sensors.ends[1] - sensors.begins[0]) / np.exp(sensors.step[0])) + 2
     out = np.empty(longest)
@@ -95,7 +94,7 @@ def _samples(curve, rng, begin, step, noise, colour, quantum, out):
 
 @_fast
 def _at(curve, time):
-    """A curve between its points, by the cubic of Catmull and Rom."""
+    """Return a curve between its points, by the cubic of Catmull and Rom."""
     place = (time - GRID[0]) / (GRID[1] - GRID[0])
     i = min(max(int(np.floor(place)), 1), curve.size - 3)
     x = min(max(place, 0.0), curve.size - 1.0) - i

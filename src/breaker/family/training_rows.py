@@ -1,4 +1,4 @@
-"""Rows of a bank: what the networks see and estimate, for training, and for judging them."""
+"""Rows of a bank: inputs and outputs of the networks, for training and for validation."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
@@ -34,23 +34,23 @@ from breaker.family.shape import LEVELS, SHAPE_TIMES
 from breaker.family.training_records import record_shapes
 from breaker.model.parameters import FORCE, GAP, MOTIONS, NAMES, powers
 
-_SOME = np.array([[True, False], [False, True], [True, True]])  # motions that a drive records
-_MOST = 8000  # drives that components are of: more change none of them
+_SOME = np.array([[True, False], [False, True], [True, True]])  # recorded motions of a drive
+_MOST = 8000  # drives from which components are computed: more drives do not change them
 _COMPONENTS = 64, 40  # of shapes, and of their changes
 _LEAST_SCALE = 1e-6  # scale of an effect that no drive has
-_SAME = 1e-4  # durations, by which touch or separation may move and count as unchanged
-_CHANGE = 0.03  # of the logarithm of a parameter, and of an effect over the closing force
-_TERMS, _FASTEST = 3, 0.3  # terms of curves that nobody explains, and their periods in a duration
+_SAME = 1e-4  # durations, below which touch or separation counts as unchanged
+_CHANGE = 0.03  # scale of changes of log parameters, and of effects over the closing force
+_TERMS, _FASTEST = 3, 0.3  # terms of unexplained curves, and most periods of a term in a duration
 
 
 @dataclass
 class BankRows:
-    """Drives of a bank, with new records of them for each batch by sensors of some noise. Its class
-    has the ``network``, and ``_made``: records, inputs, outputs and their units.
+    """Drives of a bank, with new records for each batch by sensors in a range of noise. Subclasses
+    define ``network``, and ``_made``, which returns records, inputs, outputs and their units.
 
     Attributes:
         bank: Drives: see ``bank.simulate_family``.
-        frozen: Scales of inputs and outputs, as networks have them: from ``freeze`` or a network.
+        frozen: Scales of inputs and outputs, from ``freeze`` or a network.
     """
 
     bank: xr.Dataset
@@ -69,19 +69,19 @@ class BankRows:
         return len(self.theta)
 
     def rows(self, drives: np.ndarray, rng: np.random.Generator) -> tuple[np.ndarray, ...]:
-        """Return inputs ``(n, i)``, outputs ``(n, q)`` and which are there, of drives ``(n,)``."""
+        """Return inputs ``(n, i)``, outputs ``(n, q)``, and which outputs the inputs determine."""
         x, y, there, _ = self.unscaled(drives, rng)
         return x, (y - self.frozen["centre"]) / self.frozen["scale"], there
 
     def unscaled(
         self, drives: np.ndarray, rng: np.random.Generator, motions: np.ndarray = _SOME
     ) -> tuple[np.ndarray, ...]:
-        """Return inputs, outputs before their scales, which are there, and what makes outputs of a
-        state logarithms of parameters.
+        """Return inputs, unscaled outputs, which of them are determined, and terms that make those
+        of a state logarithms of parameters.
 
         Args:
-            drives: Numbers of drives, ``(n,)``.
-            motions: Which motions there may be, ``(k, 2)``; each drive has one of these rows.
+            drives: Indices of drives, ``(n,)``.
+            motions: Sets of recorded motions, ``(k, 2)``; each drive has one of these rows.
         """
         records, x, y, units = self._made(drives, rng, motions)
         there = np.column_stack([seen.there for seen in records.values()])
@@ -101,37 +101,37 @@ class BankRows:
     def _in_units(
         self, seen: NormalisedRecords, drives: np.ndarray, condition: np.ndarray, motion: int
     ) -> NormalisedRecords:
-        """Records in mm and ms instead of the strokes and durations of their curves."""
+        """Return records in mm and ms instead of the strokes and durations of their curves."""
         stroke, duration = self.stroke[drives, condition], self.duration[drives, condition, motion]
         return seen._replace(stroke=seen.stroke * stroke, duration=seen.duration * duration)
 
     def _effects(
         self, drives: np.ndarray, condition: np.ndarray, elements: np.ndarray
     ) -> dict[str, np.ndarray]:
-        """Size of each of ``EFFECTS`` in a condition, ``(n,)``; with elements of it or another."""
+        """Return the size of each of ``EFFECTS`` in a condition, with ``elements`` of another."""
         stroke = self.stroke[drives, condition]
         duration = self.duration[drives, condition, MOTIONS.index("closing")]
         speed = np.ptp(LEVELS) * stroke / duration
-        has = dict(zip(ELEMENTS, self.bank.elements.values[drives, elements].T, strict=True))
-        has |= dict(zip(NAMES, self.theta[drives, condition].T, strict=True))
+        numbers = dict(zip(ELEMENTS, self.bank.elements.values[drives, elements].T, strict=True))
+        numbers |= dict(zip(NAMES, self.theta[drives, condition].T, strict=True))
         slides = self.bank.contact.values[drives] == CONTACTS.index("sliding")
-        force = has[FORCE.name]
-        sizes = {name: has[name] / force for name in ("dry_friction", "opening_preload")}
-        sizes |= {name: has[name] for name in ("build_up", "train_mass")}
-        sizes["contact_preload"] = np.where(slides, 0.0, has["contact_preload"] / force)
-        sizes["sliding_contact"] = np.where(slides, has[GAP.name] / stroke, 0.0)
-        sizes["force_fall"] = has["force_fall"] * stroke / STROKE
-        sizes["drag"] = has["drag"] * speed ** has["drag_power"] / force
+        force = numbers[FORCE.name]
+        sizes = {name: numbers[name] / force for name in ("dry_friction", "opening_preload")}
+        sizes |= {name: numbers[name] for name in ("build_up", "train_mass")}
+        sizes["contact_preload"] = np.where(slides, 0.0, numbers["contact_preload"] / force)
+        sizes["sliding_contact"] = np.where(slides, numbers[GAP.name] / stroke, 0.0)
+        sizes["force_fall"] = numbers["force_fall"] * stroke / STROKE
+        sizes["drag"] = numbers["drag"] * speed ** numbers["drag_power"] / force
         for end in MOTIONS:
-            damping = has[f"{end}_stop.damping"] * speed ** has[f"{end}_stop.power"]
+            damping = numbers[f"{end}_stop.damping"] * speed ** numbers[f"{end}_stop.power"]
             sizes[f"{end}_damper"] = damping / force
         return {name: sizes[name] for name in EFFECTS}
 
 
 @dataclass
 class StateRows(BankRows):
-    """Records of one operation, and the state of the drive. Of a share of the drives the size is
-    known: users know it more often than not.
+    """Records of one operation, and the state of the drive. The size is known for a share of the
+    drives, more than half, as users usually know it.
     """
 
     network = StateNetwork
@@ -143,7 +143,7 @@ class StateRows(BankRows):
         y = np.where(there, y, np.nan)
         centre, scale = np.nanmean(y, axis=0), np.nanstd(y, axis=0)
         first = len(NAMES) + len(EVENTS)
-        centre[first:] = 0.0  # which is where an effect is that is not there
+        centre[first:] = 0.0  # the size of an absent effect
         scale[first:] = np.sqrt(np.nanmean(np.square(y[:, first:]), axis=0)) + _LEAST_SCALE
         return {"centre": centre, "scale": scale}
 
@@ -173,12 +173,12 @@ class StateRows(BankRows):
 
 @dataclass
 class ChangeRows(BankRows):
-    """Records of a drive in two conditions, and what has changed.
+    """Records of a drive in two conditions, and the changes of its parameters.
 
     Attributes:
-        noise: Of means of many records down.
+        noise: Range of noise; the lower end is that of means of many records.
         back: Share of the changes that go from worn to new, as after maintenance.
-        odd: Range of what nobody explains, log-uniform, as a share of a change; none if empty.
+        odd: Range of unexplained changes, log-uniform, as a share of a change; none if empty.
     """
 
     network = ChangeNetwork
@@ -206,7 +206,7 @@ class ChangeRows(BankRows):
         return records, change_inputs(records, changes, *scales), y, np.zeros_like(y)
 
     def _records(self, drives, order, motions, rng):
-        """References in mm and ms, changes, and outputs, by conditions before and after."""
+        """Return references in mm and ms, changes, and outputs, by conditions before and after."""
         references, changes, moved = {}, {}, []
         for m, motion in enumerate(MOTIONS):
             curves = [shapes(self.curves[drives, which, m]) for which in order]
@@ -216,10 +216,10 @@ class ChangeRows(BankRows):
             like = seen.stroke / stroke[1], seen.duration / unit[1]
             after, _ = record_shapes(curves[1], rng, self.sensors, wanted=seen.there, like=like)
             if self.odd:
-                some = after.there
+                both = after.there
                 sizes = (*curves, stroke[1] / stroke[0], unit[0] / unit[1])
-                size = _sizes(*(values[some] for values in sizes))
-                after.way[some] += _odd(size, self.odd, rng)
+                size = _sizes(*(values[both] for values in sizes))
+                after.way[both] += _odd(size, self.odd, rng)
             there = seen.present & after.present
             change = without_onset(seen.way, after.way, there)
             noises = np.hypot(seen.noise, after.noise)
@@ -237,16 +237,16 @@ class ChangeRows(BankRows):
 
 
 def _odd(size: np.ndarray, share: tuple[float, float], rng: np.random.Generator) -> np.ndarray:
-    """Smooth random curves ``(n, g)``, as large as shares of changes of a size ``(n,)``."""
+    """Return smooth random curves ``(n, g)`` of sizes that are shares of ``size (n,)``."""
     size = size * np.exp(rng.uniform(*np.log(share), len(size)))
     rate, phase = rng.uniform(0.0, 1.0, (2, len(size), _TERMS, 1))
     curves = np.sin(2.0 * np.pi * (_FASTEST * rate * SHAPE_TIMES + phase)).sum(axis=1)
-    return size[:, None] * np.clip(SHAPE_TIMES + 1.0, 0.0, 1.0) * curves  # none at the rest before
+    return size[:, None] * np.clip(SHAPE_TIMES + 1.0, 0.0, 1.0) * curves  # 0 before the motion
 
 
 @compiled()
 def _sizes(before, after, length, unit):
-    """Root mean square of a change in the units of what was before, ``(n,)``."""
+    """Return the root mean square of changes in the units of the curves before, ``(n,)``."""
     sizes = np.empty(len(before))
     for r in range(len(before)):
         total = 0.0
@@ -254,8 +254,8 @@ def _sizes(before, after, length, unit):
             place = (GRID[i] * unit[r] - GRID[0]) / (GRID[1] - GRID[0])
             j = min(max(int(place), 0), before.shape[1] - 2)
             x = min(max(place - j, 0.0), 1.0)
-            there = (1.0 - x) * after[r, j] + x * after[r, j + 1]
-            total += (length[r] * there - before[r, i]) ** 2
+            height = (1.0 - x) * after[r, j] + x * after[r, j + 1]
+            total += (length[r] * height - before[r, i]) ** 2
         sizes[r] = np.sqrt(total / before.shape[1])
     return sizes
 
@@ -263,8 +263,8 @@ def _sizes(before, after, length, unit):
 def rows_of(
     kind: str, bank: xr.Dataset, like: TrainedNetwork | None = None, **drawn: Any
 ) -> BankRows:
-    """Return rows of "levels" or "changes", in the scales of a network if one is given; other
-    attributes are what they draw otherwise than in training.
+    """Return rows of "levels" or "changes", in the scales of a network if it is given; ``drawn``
+    replaces attributes for training.
     """
     rows = StateRows if kind == StateNetwork.kind else ChangeRows
     return rows(bank, vars(like) if like else {}, **drawn)
@@ -273,7 +273,7 @@ def rows_of(
 def sample_rows(
     network: TrainedNetwork, rows: BankRows, source: str, draws: int, rng: np.random.Generator
 ) -> xr.Dataset:
-    """Draw from the posteriors of one record of each motion, or of one, of each drive.
+    """Draw from the posteriors of drives, with one record of one or both motions.
 
     Args:
         rows: Drives, in the scales of the network.
@@ -281,8 +281,8 @@ def sample_rows(
 
     Returns:
         ``draws (curve, draw, output)`` and ``truth (curve, output)``: parameters, or their changes
-        in percent, and events, in durations. What is exactly 0 has a random order, by a jitter of
-        a billionth of a scale. Changes beyond any wear are left out; ``withheld`` counts them.
+        in percent, and events, in durations. A jitter of a billionth of a scale gives exact zeros a
+        random order. Changes beyond any wear are left out; ``withheld`` counts them.
     """
     logs, motions = len(NAMES), np.array([[source in (motion, "both") for motion in MOTIONS]])
     x, y, there, units = rows.unscaled(np.arange(len(rows)), rng, motions)
@@ -296,8 +296,8 @@ def sample_rows(
     def physical(outputs: np.ndarray, units: np.ndarray) -> np.ndarray:
         jitter = 1e-9 * network.scale * rng.standard_normal(outputs.shape)
         outputs = outputs + units + np.array(network.atoms) * jitter
-        some = outputs[..., :logs]
-        outputs[..., :logs] = 100.0 * np.expm1(some) if changes else np.exp(some)
+        head = outputs[..., :logs]
+        outputs[..., :logs] = 100.0 * np.expm1(head) if changes else np.exp(head)
         return outputs[..., known]
 
     return xr.Dataset(
