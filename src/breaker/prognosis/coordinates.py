@@ -1,9 +1,10 @@
-"""Records of a life as coordinates: independent, in units of the drive's own scatter.
+"""Records of a life as independent coordinates, in units of the drive's own scatter.
 
-The change of a record from the mean of the new ones has components in the directions in which
+The change of a record from the mean of the new records has components in the directions in which
 drives of the family change. Coordinates diagonalise both the covariance of the family's changes and
-that of the drive's own operations, the largest ratio first. A measured quantity adds one, its
-change. Changes are sought in it only if the curve does not show it, so nothing counts twice.
+the covariance of the drive's own operations, the largest ratio first. Each measured quantity adds a
+coordinate, its change. It is used to detect changes only if the curve does not show the quantity,
+so that nothing counts twice.
 """
 
 from collections.abc import Mapping
@@ -18,16 +19,16 @@ from breaker.prognosis.trend import Block
 
 _COMPONENTS = 24
 _USUAL = 0.1  # usual scatter of a drive, as a share of the family's changes
-_KNOWN = 20  # records as which the usual scatter counts
+_KNOWN = 20  # weight of the usual scatter, in records
 _MOVES = 30.0  # prior sd of the change of a measured quantity, in its scatter
-# Measured quantities that the curve does not show, so that changes are sought in them.
-_APART = {
+# Measured quantities that the curve does not show, which are used to detect changes.
+_SOUGHT = {
     *("reaction_time", "touch_time", "separation_time", *SHARES),
     *("closing_time", "opening_time", "main_closing_time", "main_opening_time", "bounce_time"),
     *CURRENTS,
 }
-# A transducer that is mounted again reads another linearity, a share of the stroke, with waves of
-# half the stroke. Readings of one inspection share as much, by the temperature of the day, too.
+# A remounted transducer has another linearity error, a share of the stroke, with waves of half the
+# stroke. The temperature of the day gives the readings of an inspection a common error as large.
 _MOUNTED, _LENGTH = 0.0035, 0.5
 
 
@@ -35,10 +36,10 @@ class LifeCurve(NamedTuple):
     """Coordinates of one motion.
 
     Attributes:
-        mean, noise: Mean of the new records, way over stroke, ``(g,)``; its noise for a network.
+        mean, noise: Mean of the new records, travel over stroke, ``(g,)``; its noise for a network.
         basis: Components of the family's changes.
-        forward, back: From components to coordinates and back, ``(k, k)`` each.
-        variance: Of the family's changes, ``(k,)``.
+        forward, back: Maps from components to coordinates and back, ``(k, k)`` each.
+        variance: Variance of the family's changes, ``(k,)``.
     """
 
     mean: np.ndarray
@@ -50,19 +51,19 @@ class LifeCurve(NamedTuple):
 
     @classmethod
     def of(cls, records: MotionRecords, new: np.ndarray, basis: inputs.Basis) -> Self:
-        """Return the coordinates of a drive, by its new records and the changes of the family."""
+        """Return the coordinates of a drive, from its new records and changes of the family."""
         way, present = records.way[new], records.present[new]
         noise, count = float(np.median(records.noise[new])), present.sum(axis=0)
         sums = (way * present).sum(axis=0)
         mean = np.where(count > 0, sums / np.maximum(count, 1), way.mean(axis=0))
         family, directions = basis.variances[:_COMPONENTS], basis.directions[:_COMPONENTS]
-        apart = np.diff(_changes(mean, way, present, directions), axis=0) / np.sqrt(2.0)
+        steps = np.diff(_changes(mean, way, present, directions), axis=0) / np.sqrt(2.0)
         usual = noise**2 + _USUAL**2 * family
-        scatter = inputs.shrunk_variance(apart.T @ apart, len(apart), np.diag(usual), _KNOWN)
-        # Inflated, as its directions are themselves estimated.
-        total = len(apart) + _KNOWN
-        scatter *= total / max(total - 1.0 - min(len(apart), len(family)), 1.0)
-        # After this map the scatter is 1, and the family diagonal.
+        scatter = inputs.shrunk_variance(steps.T @ steps, len(steps), np.diag(usual), _KNOWN)
+        # Inflate the scatter, because its directions are themselves estimated.
+        total = len(steps) + _KNOWN
+        scatter *= total / max(total - 1.0 - min(len(steps), len(family)), 1.0)
+        # After this map, the scatter is 1 and the covariance of the family is diagonal.
         root = np.linalg.inv(np.linalg.cholesky(scatter))
         variance, turned = np.linalg.eigh(root @ np.diag(family) @ root.T)
         forward = (root.T @ turned)[:, ::-1]
@@ -72,20 +73,20 @@ class LifeCurve(NamedTuple):
         )
 
     def project(self, way: np.ndarray, present: np.ndarray) -> np.ndarray:
-        """Return coordinates of records, ``(o, g) -> (o, k)``; nan without a sample."""
+        """Return coordinates of records, ``(o, g) -> (o, k)``; nan without samples."""
         changes = _changes(self.mean, way, present, self.basis)
-        # One by one, as a product of many rows rounds each by how many they are.
+        # Row by row, because the rounding of a matrix product depends on the number of rows.
         seen = (changes[:, None] @ self.forward)[:, 0]
         return np.where(present.any(axis=1)[:, None], seen, np.nan)
 
     def shared(self) -> np.ndarray:
-        """Return the variance of the error that all records of an inspection share, ``(k,)``: a
-        transducer mounted again reads a smooth function of the travel, with Fourier components.
+        """Return the variance of the common error of the records of an inspection, ``(k,)``: a
+        remounted transducer reads a smooth function of the travel, a sum of Fourier components.
         """
         place = self.mean[None, :] / _LENGTH
         waves = np.concatenate([wave(k * place) for k in (1.0, 2.0) for wave in (np.sin, np.cos)])
-        ways = self.mean + _MOUNTED * waves / np.sqrt(2.0)
-        return np.square(self.project(ways, np.ones(ways.shape, dtype=bool))).sum(axis=0)
+        readings = self.mean + _MOUNTED * waves / np.sqrt(2.0)
+        return np.square(self.project(readings, np.ones(readings.shape, dtype=bool))).sum(axis=0)
 
     def input_noise(self, variance: np.ndarray) -> np.ndarray:
         """Return the noise of a curve for a network, by variances of coordinates, ``(..., k)``."""
@@ -97,8 +98,8 @@ class CoordinateReading(NamedTuple):
     """A measured quantity as a coordinate, in its unit.
 
     Attributes:
-        mean, scatter: While the drive was new.
-        common: Standard deviation of the error that all readings share: the usual stated one.
+        mean, scatter: Mean and scatter of the new records.
+        common: Standard deviation of the common error of all readings: the usual stated error.
     """
 
     mean: float
@@ -107,11 +108,11 @@ class CoordinateReading(NamedTuple):
 
 
 class Coordinates(NamedTuple):
-    """Coordinates of a drive, side by side: of its curves, then of what is measured.
+    """Coordinates of a drive, side by side: of its curves, then of measured quantities.
 
     Attributes:
-        curves: By motion.
-        readings: Of the measured quantities that are followed, by motion and name.
+        curves: Coordinates of curves, by motion.
+        readings: Coordinates of followed measured quantities, by motion and name.
     """
 
     curves: Mapping[str, LifeCurve]
@@ -119,8 +120,8 @@ class Coordinates(NamedTuple):
 
     @classmethod
     def of(cls, series: Series, bases: Mapping[str, inputs.Basis]) -> Self:
-        """Return the coordinates of a drive, by the new records of its series; none of a quantity
-        that these do not show.
+        """Return the coordinates of a drive, from the new records of its series. A quantity that
+        these records do not show has no coordinate.
         """
         curves, readings = {}, {}
         for motion, records in series.motions.items():
@@ -129,22 +130,17 @@ class Coordinates(NamedTuple):
             for name, values in records.measured.items():
                 if (shown := new[np.isfinite(values[new])]).size:
                     # Few readings do not show their scatter: the usual and stated one counts too.
-                    mean, common = (
-                        values[shown].mean(),
-                        float(np.median(records.stated[name][shown])),
-                    )
-                    apart, usual = (
-                        np.diff(values[shown]),
-                        np.hypot(common, inputs.USUAL_SCATTER * mean),
-                    )
-                    squares, usual = float(apart @ apart) / 2.0, usual**2 + 1e-12
-                    scatter = inputs.shrunk_variance(squares, apart.size, usual, _KNOWN) ** 0.5
+                    mean, steps = values[shown].mean(), np.diff(values[shown])
+                    common = float(np.median(records.stated[name][shown]))
+                    usual = np.hypot(common, inputs.USUAL_SCATTER * mean) ** 2 + 1e-12
+                    squares = float(steps @ steps) / 2.0
+                    scatter = inputs.shrunk_variance(squares, steps.size, usual, _KNOWN) ** 0.5
                     readings[motion, name] = CoordinateReading(mean, scatter, common)
         return cls(curves, readings)
 
     @property
     def places(self) -> dict[str | tuple[str, str], slice]:
-        """Where the coordinates of each motion's curve, and of each measured quantity, stand."""
+        """Positions of the coordinates of each motion's curve, and of each measured quantity."""
         sizes = {motion: curve.variance.size for motion, curve in self.curves.items()}
         sizes |= dict.fromkeys(self.readings, 1)
         ends = np.cumsum([*sizes.values()]).tolist()
@@ -156,7 +152,7 @@ class Coordinates(NamedTuple):
         return max(place.stop for place in self.places.values())
 
     def blocks(self, series: Series) -> list[Block]:
-        """Return what is followed: records, or means of inspections."""
+        """Return the coordinates to follow: of records, or of means of inspections."""
         blocks = []
         for motion, curve in self.curves.items():
             records = series.motions[motion]
@@ -165,7 +161,7 @@ class Coordinates(NamedTuple):
         for (motion, name), given in self.readings.items():
             seen = (series.motions[motion].measured[name][:, None] - given.mean) / given.scatter
             shared = np.square([_MOUNTED * given.mean / given.scatter])
-            blocks.append(Block(seen, np.array([_MOVES**2]), shared, name in _APART))
+            blocks.append(Block(seen, np.array([_MOVES**2]), shared, name in _SOUGHT))
         for k, block in enumerate(blocks):
             means, count = series.gathered(block.values)
             noise = 1.0 / count + block.noise * (series.inspections is not None)
@@ -174,7 +170,7 @@ class Coordinates(NamedTuple):
 
 
 def _changes(mean: np.ndarray, way: np.ndarray, present: np.ndarray, directions: np.ndarray):
-    """Components of the changes of records from a mean, ``(o, k)``."""
+    """Return components of the changes of records from a mean, ``(o, k)``."""
     there = present & np.isfinite(way)
     change = inputs.without_onset(
         np.broadcast_to(mean, way.shape), np.where(there, way, 0.0), there

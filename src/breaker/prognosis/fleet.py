@@ -1,7 +1,7 @@
 """A fleet: a loop over drives, each a phase of a breaker.
 
-The last inspection of a drive is judged as ``breaker infer`` does, or compared with the first one
-as ``breaker compare`` does, and a life is followed. A fault of one drive stops no other.
+The last inspection of a drive is judged as by ``breaker infer``, or compared with the first one as
+by ``breaker compare``, and a life is followed. An error of one drive does not stop the others.
 """
 
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
@@ -32,7 +32,7 @@ from breaker.records.folder import known_of
 from breaker.records.formats.registry import stated_in
 from breaker.records.operations import Operation
 
-_MOST = 20  # operations of an inspection: more reduce no error that they share
+_MOST = 20  # operations of an inspection that are used: more do not reduce their common error
 _LIFE = 150  # operations from which a life is followed: it needs 100 for its reference
 
 Row = tuple[str, Operation]  # motion and operation of a record
@@ -51,31 +51,31 @@ class Drive:
 def drives_of(
     rows: Mapping[str, Sequence[Row]], motions: Collection[str], form: Mapping
 ) -> Iterator[Drive]:
-    """Yield the drives in the rows of ``list_fleet``. A file states a date or type that no row
-    states; ``form`` is ``endurance.format``.
+    """Yield the drives in the rows of ``list_fleet``. Dates and types that rows lack are read from
+    the files; ``form`` is ``endurance.format``.
     """
     files = Files()
-    for breaker, every in rows.items():
-        phases = _grouped((row[1].phase, row) for row in every if row[0] in motions)
-        for phase, own in phases.items():
+    for breaker, breaker_rows in rows.items():
+        phases = _grouped((row[1].phase, row) for row in breaker_rows if row[0] in motions)
+        for phase, listed in phases.items():
             stated = [
-                stated_in(files[operation.file], form, operation.channel) for _, operation in own
+                stated_in(files[operation.file], form, operation.channel) for _, operation in listed
             ]
             dated = [
                 (
                     motion,
                     replace(operation, date=one_date(operation.date, header.dates, operation.file)),
                 )
-                for (motion, operation), header in zip(own, stated, strict=True)
+                for (motion, operation), header in zip(listed, stated, strict=True)
             ]
-            types = [operation.type for _, operation in own] + [
+            types = [operation.type for _, operation in listed] + [
                 header.type for header in reversed(stated)
             ]
             yield Drive(breaker, phase, next(filter(None, types), ""), inspections_of(dated))
 
 
 def inspections_of(rows: Iterable[Row]) -> list[list[Row]]:
-    """Return the rows of each inspection, as those of a life; one of a drive that is monitored."""
+    """Return the rows of each inspection, as in a life; a monitored drive has one inspection."""
     rows = sorted(rows, key=lambda row: row[1].number)
     dates = {operation.number: "" for _, operation in rows}
     dates |= {operation.number: operation.date for _, operation in rows if operation.date}
@@ -94,7 +94,7 @@ def _grouped(pairs: Iterable[tuple]) -> dict:
 
 @contextmanager
 def _noted(remarks: list) -> Iterator[None]:
-    """Take an error as a remark, and go on."""
+    """Append a ValueError to the remarks, and continue."""
     try:
         yield
     except ValueError as error:
@@ -102,27 +102,27 @@ def _noted(remarks: list) -> Iterator[None]:
 
 
 def examine(drive: Drive, config: Mapping, types: Mapping[str, Mapping]) -> DriveResult:
-    """Return the knowledge of a drive, by the entry of its type in ``types``.
+    """Return the result for a drive, by the entry of its type in ``types``.
 
-    Limits that ship count only if they are on changes: the others are of one size of drives.
+    Of the shipped limits only those on changes count: the others are for one size of drives.
     """
     limits, shipped = config["limits"], defaults()["limits"]
     limits = [limit for limit in limits if limits != shipped or limit.get("of") == "change"]
     diagnosis, results, remarks = Diagnosis(config, limits, types=types), {}, []
-    with _noted(remarks):  # a type without an entry, which only a file states
+    with _noted(remarks):  # a type that only a file states may have no entry
         diagnosis = diagnosis.of_type(drive.type) if types and drive.type else diagnosis
     with _noted(remarks):
         results = _examined(drive, diagnosis, remarks)
-    every = [operation for rows in drive.inspections for _, operation in rows]
-    dates = sorted((operation.date for operation in every if operation.date), key=instant) or [""]
-    about = {name: getattr(drive, name) for name in ("breaker", "phase", "type")}
-    about |= {"first": dates[0], "last": dates[-1], "inspections": len(drive.inspections)}
-    about |= {"operation": max(operation.number for operation in every), "records": len(every)}
-    return DriveResult(**about, remarks=[note_of(remark) for remark in remarks], **plainly(results))
+    operations = [operation for rows in drive.inspections for _, operation in rows]
+    dates = sorted((e.date for e in operations if e.date), key=instant) or [""]
+    facts = {name: getattr(drive, name) for name in ("breaker", "phase", "type")}
+    facts |= {"first": dates[0], "last": dates[-1], "inspections": len(drive.inspections)}
+    facts |= {"operation": max(e.number for e in operations), "records": len(operations)}
+    return DriveResult(**facts, remarks=[note_of(remark) for remark in remarks], **plainly(results))
 
 
 def _examined(drive: Drive, diagnosis: Diagnosis, remarks: list) -> dict[str, object]:
-    """Return the fields of ``DriveResult`` that records show, and add remarks."""
+    """Return the fields of ``DriveResult`` that depend on records, and add remarks."""
     *before, today = (
         diagnosis.read({motion: own[-_MOST:] for motion, own in _grouped(rows).items()})
         for rows in (*drive.inspections[:-1][:1], drive.inspections[-1])
@@ -143,7 +143,7 @@ def _examined(drive: Drive, diagnosis: Diagnosis, remarks: list) -> dict[str, ob
                 return results
     numbers = {operation.number for rows in drive.inspections for _, operation in rows}
     with _noted(remarks):  # no record counts as new
-        if len(drive.inspections) > 2 or len(numbers) >= _LIFE:  # two are compared
+        if len(drive.inspections) > 2 or len(numbers) >= _LIFE:  # two inspections are compared
             limits = _followed(drive, used, diagnosis) or limits
     remarks += [] if limits else [say("no-limit-of-drive")]
     limits.sort(key=lambda entry: (STATES.index(entry.state), -(entry.p_exceeded or 0.0)))
@@ -160,7 +160,7 @@ def _states(verdicts: Iterable[Verdict]) -> Iterator[LimitState]:
 
 
 def _followed(drive: Drive, used: Sequence[Estimate], diagnosis: Diagnosis) -> list[LimitState]:
-    """Return the states of limits at the end of a life; estimates show how long motions are."""
+    """Return the states of limits at the end of a life; estimates give the length of motions."""
     config, rows = diagnosis.config, [row for some in drive.inspections for row in some]
     longer = np.median([estimate.record.shape.duration for estimate in used])
     longer /= np.exp(used[0].levels.usual[1, 0])
@@ -178,21 +178,21 @@ def _followed(drive: Drive, used: Sequence[Estimate], diagnosis: Diagnosis) -> l
     columns = ["state", "p_exceeded", "service_by", "service_by_date"]
     last = states_of(life, config["planning"]).isel(operation=-1)[columns].to_dataframe()
     return [
-        LimitState(one.Index, LIFE_STATES[one.state], *one[2:4], one.service_by_date or None)
-        for one in last[columns].itertuples()
+        LimitState(row.Index, LIFE_STATES[row.state], *row[2:4], row.service_by_date or None)
+        for row in last[columns].itertuples()
     ]
 
 
 def _measured(used: Sequence[Estimate]) -> Iterator[MeasuredValue]:
-    """Yield the means of what the records of an inspection show."""
+    """Yield the means of quantities measured in the records of an inspection."""
     readings = _grouped(
         ((name, estimate.record.motion), measured[:2])
         for estimate in used
         for name, measured in estimate.measured.items()
         if np.isfinite(measured.value) and estimate.measured_directly(name)
     )
-    for (name, motion), some in readings.items():
-        values = np.array(some, dtype=float)
+    for (name, motion), pairs in readings.items():
+        values = np.array(pairs, dtype=float)
         stroke = np.mean(readings.get(("stroke", motion), [[0.0]]), axis=0)[0]
         sd = mean_error([values], name, float(stroke))
         unit = quantities_of(motion, used[0].speeds, ("record",))[name].unit

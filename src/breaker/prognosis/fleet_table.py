@@ -1,4 +1,4 @@
-"""The drives of a fleet in one table: the most urgent first, each beside its type."""
+"""The drives of a fleet in one table: the most urgent first, each compared with its type."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -16,13 +16,13 @@ from breaker.diagnosis.changes import QuantityChange
 STATES = ("due", "planned", "unknown", "ok")
 """States of a limit and of a drive, the most urgent first."""
 
-_FALSE = 0.05  # chance that any drive of a type is said to differ, if all of them vary alike
-_NAMED = 2  # remarks in a cell; the JSON of the drive has all
+_FALSE = 0.05  # probability that any drive of a type is reported, if all drives vary equally
+_NAMED = 2  # remarks in a cell; the JSON of the drive lists all
 
 
 @dataclass(frozen=True)
 class LimitState(Plain):
-    """State of a limit, probability that it is exceeded, and when to service; None if unknown."""
+    """State of a limit, probability that it is exceeded, and time of service; None if unknown."""
 
     limit: str
     state: str
@@ -43,7 +43,7 @@ class MeasuredValue(Plain):
 
 @dataclass(frozen=True, kw_only=True)
 class DriveResult(Plain):
-    """Knowledge of one drive; names and dates are empty where unknown.
+    """Result for one drive; names and dates are empty if unknown.
 
     Attributes:
         state: State of the most urgent limit; "unknown" without one.
@@ -103,13 +103,13 @@ def differences_from_type(measured: pd.DataFrame) -> pd.DataFrame:
     columns of the table, by drive.
 
     ``measured`` has rows of ``MeasuredValue`` with ``drive`` and ``type``. The p-value is the
-    chance that any quantity of any drive of the type differs as much, if all drives vary alike.
+    probability that any quantity of any drive of the type differs as much by chance.
     """
     texts = []
-    for _, own in measured.groupby("type") if len(measured) else ():
-        counts = own.groupby("quantity").size()
+    for _, of_type in measured.groupby("type") if len(measured) else ():
+        counts = of_type.groupby("quantity").size()
         for name in counts.index[counts > 2]:
-            some = own[own.quantity == name].rename(columns={"quantity": "most_different"})
+            some = of_type[of_type.quantity == name].rename(columns={"quantity": "most_different"})
             false = _FALSE / len(counts)
             usual, p = outliers(some.value.to_numpy(), some.sd.to_numpy(), false)
             middle = some.value[usual].median()
@@ -123,10 +123,10 @@ def differences_from_type(measured: pd.DataFrame) -> pd.DataFrame:
 
 
 def outliers(values: np.ndarray, sds: np.ndarray, false: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return which of three or more values are usual, and the chance that any of as many normal
-    values is as far from the usual ones as each, ``(n,)``: the generalised ESD test (Rosner 1983)
-    of level ``false``. The farthest values are removed one by one, and all up to the last
-    significant one are outliers: they do not hide each other.
+    """Return which of three or more values are usual, and p-values of their distances from usual
+    values, ``(n,)``: the generalised ESD test (Rosner 1983) of level ``false``. The farthest values
+    are removed one by one, and all up to the last significant one are outliers, so that outliers
+    do not hide each other.
     """
     kept = usual = np.ones(len(values), dtype=bool)
     while kept.sum() > len(values) - len(values) // 4:  # more would double the false alarms
@@ -138,7 +138,7 @@ def outliers(values: np.ndarray, sds: np.ndarray, false: float) -> tuple[np.ndar
 
 
 def _chances(values: np.ndarray, sds: np.ndarray, kept: np.ndarray) -> np.ndarray:
-    """Return the chance that any value is as far from the kept other ones, ``(n,)``."""
+    """Return the probability that any value is as far from the other kept values, ``(n,)``."""
     x, others = values - np.median(values), kept.sum() - kept
     mean = (x[kept].sum() - kept * x) / others
     squares = np.square(x[kept]).sum() - kept * np.square(x) - others * np.square(mean)

@@ -1,7 +1,7 @@
 """Forecast when a drive exceeds a limit: draws of its path, continued at a rate that may change.
 
-The rate may change at once, as likely each time that the drive becomes a tenth older (``Future``).
-Shapes: ``n`` operations at which it is asked, ``d`` draws, ``m`` nodes ahead, ``k`` coordinates.
+The rate may change abruptly, with an equal probability for equal relative ageing (``Future``).
+Shapes: ``n`` operations of forecasts, ``d`` draws, ``m`` nodes ahead, ``k`` coordinates.
 """
 
 from typing import NamedTuple
@@ -15,17 +15,17 @@ from breaker.prognosis.readout import Readout
 from breaker.prognosis.trend import Path
 
 QUANTILES = (0.05, 0.5, 0.95)
-_NODES, _NEAREST = 12, 10.0  # nodes ahead, and how many operations the first is
+_NODES, _NEAREST = 12, 10.0  # nodes ahead, and operations until the first
 
 
 class Future(NamedTuple):
-    """What may become of the wear; the values were learned from simulated lives.
+    """Distribution of future wear; its values were estimated from simulated lives.
 
     Attributes:
-        horizon: Operations, the farthest that is looked for.
-        changes: Changes of the rate to expect while a drive becomes e times as old.
+        horizon: Largest number of operations ahead.
+        changes: Expected changes of the rate while a drive becomes e times as old.
         faster, spread: Median of the factor on the rate, and sd of its logarithm.
-        noticed: Share of the operations so far, in which records show a change of the rate.
+        noticed: Operations until records show a change of the rate, as a share of the age.
     """
 
     horizon: int = 10000
@@ -35,7 +35,7 @@ class Future(NamedTuple):
     noticed: float = 0.25
 
     def turns(self, past: np.ndarray, count: int, seed: int) -> tuple[np.ndarray, np.ndarray]:
-        """Return in how many operations the rate changes, ``(n, count)``, and by which factor, by
+        """Return operations until the rate changes, ``(n, count)``, and factors on the rate, from
         the same stratified random numbers after each number of operations ``past (n,)``.
         """
         rng = generator(seed, "future of wear")
@@ -45,18 +45,18 @@ class Future(NamedTuple):
 
 
 class Onward:
-    """A path, as it goes on from some operations: draws of the drive at nodes ahead of each.
+    """The continuation of a path from some operations: draws of the drive at nodes ahead of each.
 
-    Uncertainty of the drive's present state enters the network as noise of its records. That of the
-    rate leads elsewhere, the farther the more, in the directions in which it is not known.
+    Uncertainty of the drive's present state enters the network as noise of its records. Uncertainty
+    of the rate moves the path, in proportion to the operations ahead.
 
     Args:
-        path, readout: Of the drive; as new.
+        path, readout: Path of the drive, and its readout as new.
         where, past: Indices of the operations, and operations since new, ``(n,)``.
 
     Attributes:
         now: Readout of the drive at these operations.
-        turns: As of ``Future.turns``.
+        turns: First result of ``Future.turns``.
     """
 
     def __init__(
@@ -72,16 +72,16 @@ class Onward:
         aside = np.sqrt(np.maximum(more, 0.0))
         self._new, self.now = readout, readout.at(change, variance)
         self._measured = readout.at(onward, variance + more)
-        self._ways = [of.at(onward + way * aside, variance) for of, way in readout.ways()]
+        self._ways = [part.at(onward + way * aside, variance) for part, way in readout.ways()]
 
     def forecast(self, limit: Limit) -> dict[str, tuple]:
         """Forecast a limit.
 
         Returns:
             Dimensions and arrays: ``p_exceeded``, the probability that the limit is exceeded now;
-            ``p_nearer``, that the drive is nearer to it than as new; ``remaining``, operations left
-            at 5, 50 and 95 %: 0 where it is exceeded, inf beyond the horizon; ``lives``, the same
-            of each draw; its quantities now, ``value``, and as ``new``; nan where not known. Also
+            ``p_nearer``, that the drive is nearer to it than as new; ``lives``, operations left of
+            each draw: 0 if exceeded, inf beyond the horizon; ``remaining``, their 5, 50 and 95 %
+            quantiles; quantities now, ``value``, and as ``new``; unknown numbers are nan. Also
             ``limit``, ``words``, ``of``, and ``part_limit`` to ``part_unit`` of its bounds.
         """
         now, new = limit.read(self.now), limit.read(self._new)[0]
@@ -111,8 +111,8 @@ class Onward:
         }
 
     def _along(self, limit: Limit) -> np.ndarray:
-        """Draws of the quantities along the path, ``(m, n, d, parts)``: the few ways have no tails,
-        but their spread shows how far draws are from each other.
+        """Return draws of the quantities along the path, ``(m, n, d, parts)``: normal deviations
+        between draws, with the sd of the few directions, as these have no tails.
         """
         if limit.of == "record":
             values = limit.read(self._measured)
@@ -128,7 +128,7 @@ class Onward:
 
 
 def _continued(draws: np.ndarray, nodes: np.ndarray) -> np.ndarray:
-    """Draws along paths, ``(m, n, d, parts)``; what no network knows goes on straight."""
+    """Return draws along paths, ``(m, n, d, parts)``; missing values are extrapolated linearly."""
     steps = draws.copy()
     for k in range(2, len(nodes)):
         share = (nodes[k] - nodes[k - 1]) / (nodes[k - 1] - nodes[k - 2])
@@ -139,9 +139,9 @@ def _continued(draws: np.ndarray, nodes: np.ndarray) -> np.ndarray:
 
 
 def _crossings(excess: np.ndarray, nodes: np.ndarray) -> np.ndarray:
-    """How far along its path each draw exceeds all parts of a limit, ``(d,)``; inf if it does not.
+    """Return operations until each draw exceeds all parts of a limit, ``(d,)``; inf if it does not.
 
-    ``excess`` is how far each part is beyond at the nodes, ``(m, d, parts)``.
+    ``excess`` is the distance of each part beyond its bound at the nodes, ``(m, d, parts)``.
     """
     over = (excess > 0.0).all(axis=-1)
     first = over.argmax(axis=0)

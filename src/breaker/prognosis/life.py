@@ -16,7 +16,7 @@ from breaker.prognosis.readout import Readout
 from breaker.prognosis.series import Series, events_of, series_of
 from breaker.prognosis.trend import Change, Follower, Path
 
-_READ = 500  # operations, about, at which a life is read; all are followed
+_READ = 500  # approximate number of operations with forecasts; the trend uses all
 
 
 def follow(
@@ -27,20 +27,20 @@ def follow(
     events: Mapping,
     conditions: Mapping,
 ) -> xr.Dataset:
-    """Follow the life of a drive, and forecast limits on what its motions show.
+    """Follow the life of a drive, and forecast its limits.
 
     Args:
-        records: What ``read_curves`` returns, by motion.
+        records: Results of ``read_curves``, by motion.
         settings: Sections ``trend`` and ``endurance`` of the configuration, and ``seed``.
-        events, conditions: What ``known_of`` returns.
+        events, conditions: Results of ``known_of``.
 
     Returns:
-        What ``forecast_of`` returns, with ``threshold``; over ``operation`` also ``breaker``,
-        ``phase``, ``date``, by the first motion that states it, ``event`` and ``CONDITIONS``, empty
-        or nan where not stated, and ``not_used``, motions without a usable record.
+        Result of ``forecast_of``, with ``threshold``; over ``operation`` also ``breaker``,
+        ``phase``, ``date``, from the first motion that states it, ``event`` and ``CONDITIONS``,
+        empty or nan if not stated, and ``not_used``, motions without a usable record.
 
     Raises:
-        ValueError: As of ``series_of``, and if an event has no meaning.
+        ValueError: As ``series_of``, and if an event is not defined.
     """
     trend, endurance = settings["trend"], settings["endurance"]
     read = [limit for limit in limits if limit.of == "record"]
@@ -54,8 +54,8 @@ def follow(
     numbers = series.operations
     stated = {"event": [events.get(number, "") for number in numbers.tolist()]}
     for name in ("breaker", "phase", "date"):
-        some = [data[name].to_series() for data in records.values() if name in data]
-        known = pd.concat([pd.Series(dtype=str), *some]).loc[lambda texts: texts != ""]
+        stating = [data[name].to_series() for data in records.values() if name in data]
+        known = pd.concat([pd.Series(dtype=str), *stating]).loc[lambda texts: texts != ""]
         known = known[~known.index.duplicated()]
         stated[name] = known.reindex(numbers, fill_value="").to_numpy(dtype=str)
     for name in CONDITIONS:
@@ -71,18 +71,18 @@ def follow(
 def forecast_of(
     readout: Readout, path: Path, limits: Sequence[Limit], future: Future
 ) -> xr.Dataset:
-    """Read the trend of a drive, the path of its coordinates, and forecast its limits, one or more.
+    """Read out the path of a drive's coordinates, and forecast its limits, one or more.
 
     Returns:
         Dataset over ``operation``: ``evidence`` for a change (nats) and ``weight`` of the record;
-        over ``asked``, operations at which the life was read: ``changed (asked, parameter,
-        quantile)``, percent since new, ``unchanged (asked, parameter)``, the probability of no
-        change, ``turns (asked, draw)``, as of ``Future``, ``noticed_in``, operations in which a
-        change shows, and what ``Onward.forecast`` returns; over ``change``, fields of ``Change``,
-        its evidence as ``certainty``; over ``motion``, ``p_value`` of the family. Attributes:
-        ``family``, empty if it is of none, ``agreement`` of the motions, 1 of a single one,
-        ``reported_from``, the first operation at which a trend is reported, later than the last one
-        while there are fewer than ``needed`` of them, and ``horizon``.
+        over ``asked``, operations with forecasts: ``changed (asked, parameter, quantile)``, percent
+        since new, ``unchanged (asked, parameter)``, the probability of no change, ``turns (asked,
+        draw)``, as of ``Future``, ``noticed_in``, operations until a change is detected, and the
+        results of ``Onward.forecast``; over ``change``, fields of ``Change``, its evidence as
+        ``certainty``; over ``motion``, ``p_value`` of the family. Attributes: ``family``, empty
+        outside all families, ``agreement`` of the motions, 1 for a single one, ``reported_from``,
+        the first operation at which a trend is reported, later than the last operation if there
+        are fewer than ``needed``, and ``horizon``.
     """
     series, number = readout.series, readout.series.operations
     agreed = _agreement(readout, path)
@@ -95,7 +95,7 @@ def forecast_of(
     onward = Onward(path, readout, where, past, future)
     forecasts = [onward.forecast(limit) for limit in limits]
     columns = {
-        name: (dims, np.concatenate([forecast_[name][1] for forecast_ in forecasts]))
+        name: (dims, np.concatenate([values[name][1] for values in forecasts]))
         for name, (dims, _) in forecasts[0].items()
     }
     named = [name for name in columns if name in ("words", "of") or name.startswith("part_")]
@@ -122,7 +122,7 @@ def forecast_of(
 
 
 def _read_at(series: Series, path: Path) -> np.ndarray:
-    """Indices of the operations at which a life is read: of each inspection the last one."""
+    """Return indices of the operations with forecasts; of each inspection only the last one."""
     known = np.flatnonzero(np.isfinite(path.change).all(axis=1))
     if series.inspections is not None:
         ends = np.append(np.diff(series.inspections) > 0, True)
@@ -132,7 +132,7 @@ def _read_at(series: Series, path: Path) -> np.ndarray:
 
 
 def _agreement(readout: Readout, path: Path) -> float:
-    """Return how probably motions disagree as much on the change at the end; 1 without a doubt."""
+    """Return the least p-value of the agreement of motions on the last change; 1 if unknown."""
     motions, last = list(readout.coordinates.curves), slice(-1, None)
     if len(motions) < 2:
         return 1.0
@@ -142,7 +142,7 @@ def _agreement(readout: Readout, path: Path) -> float:
 
 
 def _changes(number: np.ndarray, path: Path) -> dict[str, tuple]:
-    """Changes of a path over ``change``, by the numbers of the operations."""
+    """Return the changes of a path over ``change``, with numbers of operations."""
     changes = pd.DataFrame(path.changes, columns=Change._fields)
     moments = {name: changes[name].to_numpy(dtype=int) for name in Change._fields[:4]}
     numbers = {name: number[places].astype(int) for name, places in moments.items()}

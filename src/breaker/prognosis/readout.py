@@ -1,7 +1,7 @@
-"""What a change in a drive's coordinates means: parameters by a network, measured quantities.
+"""Readout of a change in a drive's coordinates: parameters by a network, measured quantities.
 
-A network of changes sees the drive's curves as new, their change along the path, and how well both
-are known. Measured quantities are linear in the coordinates.
+Inputs of a change network are the drive's curves as new, their change along the path, and the noise
+of both. Measured quantities are linear in the coordinates.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -22,21 +22,21 @@ from breaker.prognosis.coordinates import Coordinates
 from breaker.prognosis.series import Series
 
 _BLOCK = 64  # changes that are read at once
-_WAYS = 4  # ways of a path that are drawn apart
+_WAYS = 4  # directions of a path that are drawn separately
 
 
 @dataclass(frozen=True, eq=False)
 class Readout:
-    """A drive in n conditions, and how they are read; for ``Limit.read``, which returns draws of
-    quantities by their source, ``(n, d, parts)``, nan where one is not known.
+    """A drive in n conditions, for ``Limit.read``: methods ``of_...`` return draws of quantities by
+    their source, ``(n, d, parts)``, nan where unknown.
 
     Attributes:
-        series, coordinates: Its records, and their coordinates.
-        network: Of changes of the family that it is of; None if it is of none.
+        series, coordinates: Records of the drive, and their coordinates.
+        network: Change network of its family; None outside all families.
         draws, seed: Number d of draws, and seed of their generator, the same for every change.
-        change, variance: Of the coordinates since new, ``(n, k)``.
-        theta: Draws of its parameters as new, ``(d, p)``; None if it is of no family.
-        matches: How its new curves fit the family, by motion.
+        change, variance: Mean and variance of the change of coordinates since new, ``(n, k)``.
+        theta: Draws of the parameters as new, ``(d, p)``; None outside all families.
+        matches: Match of the new curves with the family, by motion.
     """
 
     series: Series
@@ -53,7 +53,7 @@ class Readout:
     def of(
         cls, series: Series, families: Iterable, *, draws: int, seed: int, misfit_p_value: float
     ) -> Self:
-        """Return a drive as new, of the family that its curves fit with at least a p-value;
+        """Return a drive as new, in the family that its curves fit with at least a p-value;
         ``families`` are state networks, each with its change network.
         """
 
@@ -82,8 +82,8 @@ class Readout:
     def curves(
         self, some: slice = slice(None), motions: Sequence[str] = ()
     ) -> tuple[dict[str, NormalisedRecords], dict[str, NormalisedRecords]]:
-        """Return new curves and their changes in some conditions, as networks see them, by motion:
-        all, or ``motions``.
+        """Return new curves and their changes in some conditions, for networks, by motion: of all
+        motions, or of ``motions``.
         """
         new, changed = {}, {}
         for motion in motions or self.coordinates.curves:
@@ -95,9 +95,9 @@ class Readout:
         return new, changed
 
     def drawn(self, motions: Sequence[str] = ()) -> np.ndarray:
-        """Return draws of the change of the parameters, ``(n, d, p)``, percent, as all motions show
-        it, or ``motions``: by the same random numbers for each change, so that probabilities along
-        a path are smooth; nan where it is larger than any wear of the family, or without a family.
+        """Return draws of the change of the parameters, ``(n, d, p)``, percent, from all motions or
+        ``motions``. Random numbers are the same for each change, so that probabilities along a path
+        are smooth. Changes beyond any wear of the family, or outside all families, are nan.
         """
         theta_drawn = np.full((len(self.change), self.draws, len(NAMES)), np.nan)
         for begin in range(0, len(theta_drawn) if self.network else 0, _BLOCK):
@@ -111,12 +111,12 @@ class Readout:
 
     @cached_property
     def parameters(self) -> np.ndarray:
-        """What ``drawn`` returns, one network's for all limits."""
+        """Result of ``drawn``, computed once for all limits."""
         return self.drawn()
 
     def ways(self) -> list[tuple[Self, np.ndarray]]:
-        """Return readouts that share the draws, and where on its way each is, in sds, ``(k,)``: for
-        each coordinate shuffled quantiles of a normal.
+        """Return readouts that share the draws, and the deviation of each from the path, in sds,
+        ``(k,)``: shuffled quantiles of a normal for each coordinate.
         """
         normal, rng = ndtri((np.arange(_WAYS) + 0.5) / _WAYS), np.random.default_rng(self.seed)
         ways = np.tile((normal / normal.std())[:, None], self.coordinates.size)
@@ -138,14 +138,14 @@ class Readout:
             return np.full(shape, np.nan)
         theta = (self.theta * (1.0 + self.parameters / 100.0)).reshape(-1, len(NAMES))
         known, predicted = np.isfinite(theta).all(axis=1), np.full((len(theta), shape[-1]), np.nan)
-        # What a drive does not have any more is beyond any limit.
+        # A quantity without a value, which the drive no longer has, exceeds any limit.
         predicted[known] = np.nan_to_num(limit.evaluate(theta[known]), nan=np.inf)
         signs = np.where([upper for *_, upper in limit.parts], 1.0, -1.0)
         return np.where(np.isinf(predicted), signs * np.inf, predicted).reshape(shape)
 
     def of_record(self, limit: Limit) -> np.ndarray:
-        """Return draws of what records show: shuffled quantiles of a normal, alike for each change,
-        as a draw is a drive, followed along its path, whose readings share an error.
+        """Return draws of measured quantities: shuffled quantiles of a normal, the same for each
+        change. A draw is a drive along its path, with a common error of its readings.
         """
         read = np.full((len(self.change), self.draws, len(limit.quantities)), np.nan)
         normal = ndtri((np.arange(self.draws) + 0.5) / self.draws)

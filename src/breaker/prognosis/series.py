@@ -1,8 +1,8 @@
 """Records of a life: shapes in common units, measured quantities, maintenance events, inspections.
 
-A drive is monitored if the median step of the operation number is at most 10 and nothing separates
-its operations; then new are the first 50. Else it is inspected: an inspection ends where the number
-of the operation or the date makes a jump, and new is the first one.
+A drive is monitored if the median step of the operation number is at most 10 and no gap separates
+its operations; then the first 50 operations are new. Otherwise it is inspected: an inspection ends
+at a jump of the operation number or the date, and the operations of the first one are new.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -17,15 +17,15 @@ from breaker.family.shape import SHAPE_TIMES, median_units, shape_of
 from breaker.records.dates import instant
 from breaker.records.operations import EVENTS, event_words
 
-_STEP = {"temperature": 10.0, "voltage": 0.1}  # of a condition: K; share of that of the new ones
-_FIRST = 50  # operations that are new under monitoring; more inspections than these are monitoring
-_COUNTED = 4.0  # inspections, as which the usual scatter counts
-_STEPS = 10  # operations from one record to the next, at most, under monitoring
-_DAYS = 30.0  # an inspection takes days, and the next one is months later
+_STEP = {"temperature": 10.0, "voltage": 0.1}  # unit of a condition: K; share of the new voltage
+_FIRST = 50  # new operations under monitoring; with more inspections a drive counts as monitored
+_COUNTED = 4.0  # weight of the usual scatter, in inspections
+_STEPS = 10  # largest usual step between records under monitoring, in operations
+_DAYS = 30.0  # gap between inspections: one takes days, and the next is months later
 
 
 def events_of(texts: Mapping[int, str], more: Mapping[str, Sequence[str]]) -> dict[int, bool]:
-    """Return the operations before which anything began anew, and whether this was maintenance of
+    """Return the operations before which a part was renewed, and whether this was maintenance of
     the drive, not of its transducer alone; ``more`` is the section ``endurance.events``.
 
     >>> events_of({200: "Greased, inspected", 300: "transducer remounted"}, {})
@@ -34,8 +34,8 @@ def events_of(texts: Mapping[int, str], more: Mapping[str, Sequence[str]]) -> di
     Raises:
         ValueError: If an event has no meaning.
     """
-    every = [*EVENTS.items(), *more.items()]
-    known = {word: meaning for key, meaning in every for word in event_words(key)}
+    definitions = [*EVENTS.items(), *more.items()]
+    known = {word: meaning for key, meaning in definitions for word in event_words(key)}
     events = {}
     for number, text in texts.items():
         if unknown := [word for word in event_words(text) if word not in known]:
@@ -47,14 +47,14 @@ def events_of(texts: Mapping[int, str], more: Mapping[str, Sequence[str]]) -> di
 
 @dataclass(frozen=True, eq=False)
 class MotionRecords:
-    """Records of one motion, in the units of its new ones.
+    """Records of one motion, in the units of its new records.
 
     Attributes:
-        way, present: Shapes, ``(o, g)``; nothing is present of an operation without a record.
-        noise: Of a record, share of the stroke, ``(o,)``; nan without one.
+        way, present: Shapes, ``(o, g)``, and whether they have samples; none without a record.
+        noise: Noise of a record, share of the stroke, ``(o,)``; nan without a record.
         stroke, duration: Units, mm and ms.
-        measured, stated: Quantities that are followed, and sds that are stated with them, ``(o,)``
-            each, by name; nan where one is not shown.
+        measured, stated: Followed quantities and their stated sds, ``(o,)`` each, by name; nan if
+            the record does not show a quantity.
     """
 
     way: np.ndarray
@@ -71,9 +71,9 @@ class MotionRecords:
         return self.present.any(axis=1)
 
     def seen(self, way: np.ndarray, noise: np.ndarray | float) -> NormalisedRecords:
-        """Return shapes in these units as networks see them, ``(n, g)``, and their noise."""
-        one, there = np.ones(len(way)), np.isfinite(way)
-        numbers = (self.stroke * one, self.duration * one, noise * one, 0.0 * one, 0.05 * one)
+        """Return records for networks from shapes in these units, ``(n, g)``, and their noise."""
+        ones, there = np.ones(len(way)), np.isfinite(way)
+        numbers = self.stroke * ones, self.duration * ones, noise * ones, 0.0 * ones, 0.05 * ones
         return NormalisedRecords(there.any(axis=1), np.where(there, way, 0.0), there, *numbers)
 
 
@@ -82,12 +82,12 @@ class Series:
     """Records of a life.
 
     Attributes:
-        operations: Their numbers, rising, ``(o,)``.
+        operations: Numbers of the operations, rising, ``(o,)``.
         motions: Records, by motion.
         new: Indices of the new operations.
-        events: As of ``events_of``, by index.
-        conditions: Relative to those of the new operations, ``(o,)`` each, in 10 K and in 10 % of
-            the voltage; 0 where one is not known.
+        events: Result of ``events_of``, by index.
+        conditions: Differences from the new operations, ``(o,)`` each, in 10 K and in 10 % of the
+            voltage; 0 if unknown.
         inspections: Number of the inspection of each operation, ``(o,)``; None under monitoring.
     """
 
@@ -100,13 +100,13 @@ class Series:
 
     @property
     def settle(self) -> int:
-        """Operations after the new ones, or after a change, in which no change is noticed."""
-        stop = self.inspections
-        return _FIRST if stop is None else int(np.sum(stop == stop[self.new[-1]]))
+        """Number of operations after the new ones, or after a change, without a further change."""
+        number = self.inspections
+        return _FIRST if number is None else int(np.sum(number == number[self.new[-1]]))
 
     @property
     def counted(self) -> float:
-        """Records as which the scatter of the new ones counts: few readings do not show it."""
+        """Weight of the scatter of the new records, in records: few records do not show it."""
         return 2.0 * _FIRST if self.inspections is None else _COUNTED
 
     def gathered(self, values: np.ndarray) -> tuple[np.ndarray, float]:
@@ -127,14 +127,14 @@ class Series:
 def series_of(
     data: Mapping[str, xr.Dataset], followed: Iterable, events: Mapping, conditions: Mapping
 ) -> Series:
-    """Return the series of what ``read_curves`` returns of each motion.
+    """Return the series of the results of ``read_curves``, by motion.
 
     Args:
         followed: Motions and names of the measured quantities that are followed.
-        events, conditions: By operation; conditions by name of ``CONDITIONS``.
+        events, conditions: Values by operation; conditions also by name of ``CONDITIONS``.
 
     Raises:
-        ValueError: If no operation that is new has a record.
+        ValueError: If no new operation has a record.
     """
     operations = np.unique(np.concatenate([dataset.operation.values for dataset in data.values()]))
     every = {m: dataset.reindex(operation=operations, copy=False) for m, dataset in data.items()}
@@ -144,7 +144,7 @@ def series_of(
     dates = [dataset.date.values for dataset in every.values() if "date" in dataset]
     inspections = inspections_of(operations, days_of(dates[0]) if dates else None, done)
     new = new_of(usable, inspections, done)
-    names = {motion: [name for of, name in followed if of == motion] for motion in every}
+    names = {motion: [name for m, name in followed if m == motion] for motion in every}
     motions = {m: _motion(m, every[m], usable[m], new, names[m]) for m in every}
     motions = {motion: records for motion, records in motions.items() if records is not None}
     if not motions:
@@ -169,8 +169,8 @@ def inspections_of(
     >>> inspections_of(np.arange(5, 2000, 5)) is None
     True
 
-    Operations have rising numbers, and days are nan where not known. Before the operations with the
-    indices of ``events`` anything began anew, and so does an inspection.
+    Operations have rising numbers, and unknown days are nan. ``events`` are indices of operations
+    at which an inspection begins, because a part was renewed before.
     """
     steps = np.diff(operations)
     usual = np.median(steps) if steps.size else 1
@@ -188,7 +188,7 @@ def inspections_of(
 
 
 def days_of(dates: Sequence[str]) -> np.ndarray:
-    """Return days since year 1 of dates, ``(o,)``; nan where one is not known."""
+    """Return days since year 1 of dates, ``(o,)``; nan for unknown dates."""
     known = (instant(date) if isinstance(date, str) and date else None for date in dates)
     days = [(moment - datetime.min) / timedelta(days=1) if moment else np.nan for moment in known]
     return np.array(days, dtype=float)
@@ -197,7 +197,7 @@ def days_of(dates: Sequence[str]) -> np.ndarray:
 def new_of(
     usable: Mapping[str, np.ndarray], inspections: np.ndarray | None, events: Iterable[int] = ()
 ) -> np.ndarray:
-    """Indices of the new operations: with all motions if any has, and before any event."""
+    """Return indices of the new operations, before any event; with all motions if any has all."""
     every = np.array(list(usable.values()))
     there = np.flatnonzero(every.all(axis=0) if every.all(axis=0).any() else every.any(axis=0))
     if inspections is not None:
@@ -210,14 +210,14 @@ def new_of(
 def _motion(
     motion: str, data: xr.Dataset, usable: np.ndarray, new: np.ndarray, names: Sequence[str]
 ) -> MotionRecords | None:
-    """Records of a motion in the units of the new ones; None if none of these has a record."""
+    """Return records of a motion in units of the new ones; None if these have no record."""
     n, sign = len(usable), 1.0 if motion == "closing" else -1.0
     records, step = sign * data.record.values, 1.0 / data.rate.values
     sd, colour = data.record_noise.values, data.record_colour.values
-    own = [shape_here for i in new if usable[i] and (shape_here := shape_of(records[i], step[i]))]
-    if not own:
+    first = [own for i in new if usable[i] and (own := shape_of(records[i], step[i]))]
+    if not first:
         return None
-    units, noise = median_units(own), np.full(n, np.nan)
+    units, noise = median_units(first), np.full(n, np.nan)
     way, present = np.zeros((n, SHAPE_TIMES.size)), np.zeros((n, SHAPE_TIMES.size), dtype=bool)
     for i in np.flatnonzero(usable):
         if (shape := shape_of(records[i], step[i], units)) is not None:

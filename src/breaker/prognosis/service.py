@@ -1,12 +1,12 @@
-"""When to service a drive, by what it costs, and on which date an operation is expected.
+"""Plan the service of a drive by its cost, and the date at which an operation is expected.
 
-A service costs ``c``, a failure ``d``. A drive of an age ``a`` that goes on for ``t`` more
+A service costs ``c``, a failure ``d``. A drive of an age ``a`` that continues for ``t`` more
 operations fails with probability P(t), and makes E(t) more. The best t has the least expected cost
 of an operation, ``(c + (d - c) P(t)) / (a + E(t))`` (age replacement: Barlow & Proschan,
-Mathematical Theory of Reliability, 1965). A failure counts if nobody notices it before: a change of
-the rate is noticed an interval of inspection and a quarter of the age after it.
+Mathematical Theory of Reliability, 1965). A failure counts if it is not detected before: a change
+of the rate is detected an interval of inspection and a quarter of the age after it.
 
-Shapes: ``o`` operations, read at ``a`` of them, ``l`` limits, ``h`` operations ahead.
+Shapes: ``o`` operations, ``a`` of them with forecasts, ``l`` limits, ``h`` operations ahead.
 """
 
 from collections.abc import Mapping
@@ -15,12 +15,12 @@ import numpy as np
 import xarray as xr
 
 YEAR = 365.25  # days
-_AHEAD = 160  # operations ahead at which a service is tried, geometric: 6 % from one to the next
+_AHEAD = 160  # operations ahead at which the cost is computed, geometric with steps of 6 %
 
 
 def interval_of(planning: Mapping, days: np.ndarray) -> np.ndarray:
     """Return operations from one inspection to the next, ``(a,)``, at least 1, by the days between
-    operations; inf where these are nan: no inspection can be counted on.
+    operations; inf where these are nan, as no inspection is certain.
 
     >>> interval_of({"inspection": "2 years"}, np.array([7.305, np.nan]))
     array([100.,  inf])
@@ -35,14 +35,14 @@ def interval_of(planning: Mapping, days: np.ndarray) -> np.ndarray:
 def plan(
     life: xr.Dataset, planning: Mapping, days: np.ndarray, age: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, xr.DataArray]:
-    """Plan the service of each limit: ``days`` are those from one operation to the next, nan if not
-    known, and ``age`` operations since new or the last maintenance, ``(a,)``.
+    """Plan the service of each limit: ``days`` are days from one operation to the next, nan if
+    unknown, and ``age`` operations since new or the last maintenance, ``(a,)``.
 
     Returns:
         Operations ahead at which a service costs least, ``(a, l)``; inf beyond the horizon. The
         probability to exceed the limit or to fail suddenly before the next inspection, ``(a, l)``.
-        What a service costs more some operations ahead than at the best, ``(l, h)``, in services,
-        after the last operation. All nan where nothing is known.
+        Additional cost of a service at some operations ahead of the last operation, relative to the
+        best, ``(l, h)``, in services. All are nan where nothing is known.
     """
     lives, interval = life.lives.values, interval_of(planning, days)
     ahead = np.append(0.0, np.geomspace(1.0, life.attrs["horizon"], _AHEAD - 1))
@@ -53,15 +53,15 @@ def plan(
     extra = np.full((lives.shape[1], len(ahead)), np.nan)
     for i, j in np.argwhere(~np.isnan(lives).any(axis=-1)):
         cost = ahead
-        coming = np.sort(unseen[i, j][lives[i, j] > 0.0])  # no service undoes what is exceeded
+        coming = np.sort(unseen[i, j][lives[i, j] > 0.0])  # exceeded draws cannot be prevented
         if coming.size:
             fails = np.searchsorted(coming, ahead, side="right") / coming.size
             made = np.cumsum(np.diff(ahead) * (1.0 - 0.5 * (fails[1:] + fails[:-1])))
             cost = (1.0 + dearer * fails) / (age[i] + np.append(0.0, made))  # of an operation
-        at = cost.argmin()
-        best[i, j] = np.inf if at == len(ahead) - 1 else ahead[at]
+        least = cost.argmin()
+        best[i, j] = np.inf if least == len(ahead) - 1 else ahead[least]
         if i == len(lives) - 1:
-            extra[j] = (cost - cost[at]) * (age[i] + ahead)
+            extra[j] = (cost - cost[least]) * (age[i] + ahead)
     by_then = (lives <= interval[:, None, None]).mean(axis=-1)
     with np.errstate(invalid="ignore"):
         sudden = np.nan_to_num(planning["sudden_failures"] * days / YEAR) * interval
@@ -71,11 +71,11 @@ def plan(
 
 
 def days_per_operation(operations: np.ndarray, days: np.ndarray) -> np.ndarray:
-    """Return the recent mean number of days between operations, ``(o,)``, nan if not known, by
-    their rising numbers and what ``days_of`` returns of their dates, ``(o,)``.
+    """Return the recent mean number of days between operations, ``(o,)``, nan if unknown, from
+    their rising numbers and the results of ``days_of``, ``(o,)``.
 
-    Counted from the last dated operation that is a year back or more, else from the first one, and
-    not at all within a month.
+    Days count from the last dated operation that is at least a year back, or else from the first
+    one; they must be a month or more.
 
     >>> days_per_operation(np.array([1, 5, 100, 104]), np.array([0, 0, 1461, 1461])).round(1)
     array([ nan,  nan, 15.4, 14.8])
@@ -93,9 +93,9 @@ def on_date(
     wanted: np.ndarray, operations: np.ndarray, days: np.ndarray, pace: np.ndarray
 ) -> np.ndarray:
     """Return the dates at which the ``wanted`` operations are expected, as known at each operation,
-    ``(o, l)``; ``pace`` is what ``days_per_operation`` returns of the others.
+    ``(o, l)``; ``pace`` is the result of ``days_per_operation``.
 
-    Empty where rate or number are not known, or more than a century away.
+    Dates are empty if rate or number is unknown, or the date more than a century away.
     """
     last = _last_known(days)
     with np.errstate(invalid="ignore"):
@@ -106,6 +106,6 @@ def on_date(
 
 
 def _last_known(values: np.ndarray) -> np.ndarray:
-    """Return the index of the last value that is known at each operation; 0 before the first."""
+    """Return the index of the last known value at each operation; 0 before the first."""
     known = np.where(np.isfinite(values), np.arange(len(values)), 0)
     return np.maximum.accumulate(known)

@@ -1,6 +1,6 @@
 """State of each limit of a drive after every operation: unknown, ok, planned or due.
 
-Shapes: ``o`` operations, read at ``a`` of them, ``l`` limits.
+Shapes: ``o`` operations, ``a`` of them with forecasts, ``l`` limits.
 """
 
 from collections.abc import Mapping
@@ -14,22 +14,22 @@ from breaker.prognosis.service import YEAR, days_per_operation, on_date, plan
 STATES = ("unknown", "ok", "planned", "due")
 """States of a limit and of a drive, the most urgent last."""
 
-_SURE = 0.95  # probability from which a limit is exceeded, or the drive is nearer to it
-_EARLY = 0.4  # probability to exceed a limit within the planning horizon, that makes a plan
-_SHARE = 0.2  # of the age, the longest planning horizon: a plan helps no earlier
-_UNSEEN = 1.5  # intervals of inspection, as the next one may be late: exceeded there with 5 %
-_STAYS = 2.0  # times as far ahead a plan stays one: else states change to and fro
-_MOVES = 0.5  # share of what is left, by which an estimate has to leave what is recommended
+_SURE = 0.95  # probability from which a limit counts as exceeded, or the drive as nearer to it
+_EARLY = 0.4  # probability to exceed a limit within the planning horizon, from which to plan
+_SHARE = 0.2  # longest planning horizon, as a share of the age
+_UNSEEN = 1.5  # intervals of inspection within which 5 % may exceed: the next one may be late
+_STAYS = 2.0  # factor on the horizon to leave the state "planned", so that states do not alternate
+_MOVES = 0.5  # change of an estimate, share of the operations left, that moves a recommendation
 
 
 def next_state(before: str, p_exceeded: float, p_nearer: float, ahead: float) -> str:
     """Return the state of a limit after an operation: the first condition that is met decides.
 
     Args:
-        before: State after the operation before; "unknown" of the first, and after maintenance.
-        p_exceeded: Probability that the limit is exceeded; nan where nothing is known.
+        before: State after the previous operation; "unknown" for the first, or after maintenance.
+        p_exceeded: Probability that the limit is exceeded; nan if unknown.
         p_nearer: Probability that the drive is nearer to the limit than as new.
-        ahead: How far ahead it may be exceeded; a service is planned from 1 on.
+        ahead: Time until the limit may be exceeded, in horizons; a service is planned from 1 down.
     """
     if p_exceeded >= _SURE or before == "due":
         return "due"
@@ -42,17 +42,17 @@ def next_state(before: str, p_exceeded: float, p_nearer: float, ahead: float) ->
 
 
 def states_of(life: xr.Dataset, planning: Mapping) -> xr.Dataset:
-    """Return the states of a drive and of its limits, by what ``life.forecast_of`` returns, with
-    ``date (operation)`` where that is known, and the section ``planning``.
+    """Return the states of a drive and of its limits, from the result of ``life.forecast_of``, with
+    ``date (operation)`` if known, and the section ``planning``.
 
     Returns:
         Dataset over ``operation`` and ``limit``: ``state``, number in ``STATES``; ``p_exceeded``;
         ``service_by``, inf without one, and ``service_by_date``; ``recommended_since``, the
-        operation since when a service is recommended, nan if none is; ``remaining``, by
+        operation since which a service is recommended, nan without a service; ``remaining``, by
         ``quantile``, operations; ``risk``, as of ``service.plan``. Over ``operation``:
-        ``drive_state`` and ``drive_since``; ``subject``, the limit that it is about (-1 without
-        one); ``days``, from one operation to the next. Over ``limit``: ``certain`` and ``crossed``,
-        the operations from which on it is exceeded for sure, and probably, nan if not; over
+        ``drive_state`` and ``drive_since``; ``subject``, the limit that decides the state (-1
+        without one); ``days`` between operations. Over ``limit``: ``certain`` and ``crossed``, the
+        operations from which the limit is exceeded certainly or probably, nan if not; over
         ``ahead``, ``extra``, as of ``service.plan``.
     """
     asked, operations = life.asked.values, life.operation.values
@@ -66,7 +66,7 @@ def states_of(life: xr.Dataset, planning: Mapping) -> xr.Dataset:
     best, risk, extra = plan(life, planning, then, age)
     state, by = _judged(life, _ahead(life, planning, then, age), best, spell)
     shown = (at >= 0) & (spell[at] == np.searchsorted(events, operations, side="right"))
-    show = shown[:, None]  # what was read last counts until a maintenance
+    show = shown[:, None]  # the last forecast counts until a maintenance
     state, by = np.where(show, state[at], 0), np.where(show, by[at], np.inf)
     p_exceeded = np.where(show, life.p_exceeded.values[at], np.nan)
     over = state == STATES.index("due")
@@ -96,7 +96,7 @@ def states_of(life: xr.Dataset, planning: Mapping) -> xr.Dataset:
 
 
 def _subject(state: np.ndarray, by: np.ndarray, left: np.ndarray) -> np.ndarray:
-    """Return the limit that the state of the drive is about, ``(o,)``; -1 without one."""
+    """Return the limit that decides the state of the drive, ``(o,)``; -1 without one."""
     most = (state == state.max(axis=1, keepdims=True)) & (state > 0)
     soonest = np.where(np.isfinite(by), by, np.nan_to_num(left, nan=np.inf))
     urgency = np.where(most, soonest, np.inf)
@@ -104,8 +104,8 @@ def _subject(state: np.ndarray, by: np.ndarray, left: np.ndarray) -> np.ndarray:
 
 
 def _ahead(life: xr.Dataset, planning: Mapping, days: np.ndarray, age: np.ndarray) -> np.ndarray:
-    """Return how far ahead limits may be exceeded, ``(a, l)``, in planning horizons, or in
-    intervals that nobody sees, the smaller; ``days`` and ``age`` are as of ``plan``.
+    """Return the time until limits may be exceeded, ``(a, l)``, in planning horizons or intervals
+    without inspection, the smaller of both; ``days`` and ``age`` are as of ``plan``.
     """
     horizon = np.fmax(planning["operations"], planning["years"] * YEAR / days)
     horizon = np.minimum(horizon, _SHARE * age)[:, None]
@@ -117,7 +117,7 @@ def _ahead(life: xr.Dataset, planning: Mapping, days: np.ndarray, age: np.ndarra
 def _judged(
     life: xr.Dataset, ahead: np.ndarray, best: np.ndarray, spell: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the state of each limit, and by when to service, inf without a plan, ``(a, l)``."""
+    """Return the state of each limit, and when to service at latest, inf without, ``(a, l)``."""
     asked, p_exceeded, p_nearer = (life[e].values for e in ("asked", "p_exceeded", "p_nearer"))
     left = np.floor(np.fmin(best, life.remaining.values[..., 0]))
     states, nearest = np.zeros(best.shape, dtype=int), np.full(best.shape, np.inf)
@@ -135,7 +135,7 @@ def _judged(
 
 
 def _moved(by: float, now: float, left: float) -> float:
-    """By when to service, by a new estimate: what was recommended stays if it is about as good.
+    """Return when to service by a new estimate; a recommendation stays if it is about as good.
 
     >>> [_moved(by, 1000, 300.0) for by in (np.inf, 1250.0, 1600.0, 990.0)]
     [1300.0, 1250.0, 1300.0, 990.0]
@@ -147,7 +147,7 @@ def _moved(by: float, now: float, left: float) -> float:
 
 
 def _since(on: np.ndarray, operations: np.ndarray) -> np.ndarray:
-    """Return the operation since when something is so, ``(o, l)``; nan where it is not."""
+    """Return the operation since which a condition ``on`` is true, ``(o, l)``; nan if false."""
     begins = on & ~np.concatenate([np.zeros_like(on[:1]), on[:-1]])
     begins = np.where(begins, operations[:, None], np.nan)
     return np.where(on, np.fmax.accumulate(begins, axis=0), np.nan)

@@ -1,4 +1,4 @@
-"""Tables of a life, and the first page above them: what to do, and why.
+"""Tables of a life, and the sentences of its first page: recommended actions and their reasons.
 
 One row for each operation, limit or change. docs/reference/life-tables.md explains the columns.
 """
@@ -21,13 +21,13 @@ _LEFT = ("operations_left_5", "operations_left", "operations_left_95")
 
 
 def decide(life: xr.Dataset, stands: xr.Dataset) -> pd.DataFrame:
-    """Return one row per operation, by the forecast of a ``Life`` and what ``states_of`` returns;
-    of what is stated of operations, only columns with any value.
+    """Return one row per operation, from the results of ``life.follow`` and ``states_of``. Stated
+    columns without any value are left out.
     """
     there = stands.subject >= 0
-    one = stands.isel(limit=stands.subject.clip(0)).where(there)
+    main = stands.isel(limit=stands.subject.clip(0)).where(there)
     soonest = stands.isel(limit=stands.service_by.argmin("limit"))
-    left = one.remaining.values.round()
+    left = main.remaining.values.round()
     changed = dict(zip(life.noticed.values.tolist(), life.kind.values.tolist(), strict=True))
     over = (stands.state == STATES.index("due")) & (stands.p_exceeded >= 0.5)
     table = pd.DataFrame(
@@ -36,37 +36,37 @@ def decide(life: xr.Dataset, stands: xr.Dataset) -> pd.DataFrame:
             "operation": life.operation.values,
             **{name: life[name].values for name in ABOUT if name not in ("breaker", "phase")},
             "state": np.array(STATES)[stands.drive_state.values],
-            "limit": np.where(there, one.limit.values, ""),
+            "limit": np.where(there, main.limit.values, ""),
             **dict(zip(_LEFT, left.T, strict=True)),
-            "days_left": np.where(left[:, 1] == 0.0, 0.0, left[:, 1] * one.days.values).round(1),
+            "days_left": np.where(left[:, 1] == 0.0, 0.0, left[:, 1] * main.days.values).round(1),
             "service_by": _whole(soonest.service_by.values),
             "service_by_date": soonest.service_by_date.values,
             "recommended_since": _whole(stands.drive_since.values),
-            "risk": one.risk.values,
+            "risk": main.risk.values,
             "exceeded": [", ".join(life.limit.values[row]) for row in over.values],
             "change": [changed.get(number, "") for number in life.operation.values.tolist()],
             "not_used": life.not_used.values,
         }
     )
-    some = [name for name in (*ABOUT, *_DATED) if table[name].isin(["", np.nan]).all()]
-    return table.drop(columns=[*some, *(_DATED if "date" in some else ())], errors="ignore")
+    empty = [name for name in (*ABOUT, *_DATED) if table[name].isin(["", np.nan]).all()]
+    return table.drop(columns=[*empty, *(_DATED if "date" in empty else ())], errors="ignore")
 
 
 def _whole(numbers: np.ndarray) -> pd.Series:
-    """Whole numbers; missing where a number is not finite."""
+    """Return integers; missing where a number is not finite."""
     return pd.Series(numbers).replace([np.inf], np.nan).astype("Int64")
 
 
 def limit_table(life: xr.Dataset, stands: xr.Dataset) -> pd.DataFrame:
     """Return one row per part of a limit, after the last operation."""
-    of = pd.Index(life.limit.values).get_indexer(life.part_limit.values)
-    last = stands.isel(operation=-1, limit=of)
+    index = pd.Index(life.limit.values).get_indexer(life.part_limit.values)
+    last = stands.isel(operation=-1, limit=index)
     low, now, high = life.value.values[-1].T
     return pd.DataFrame(
         {
             "limit": life.part_limit.values,
             "quantity": life.part_quantity.values,
-            "of": life.of.values[of],
+            "of": life.of.values[index],
             "new": life.new.values,
             "now": now,
             "now_5": low,
@@ -86,8 +86,8 @@ def limit_table(life: xr.Dataset, stands: xr.Dataset) -> pd.DataFrame:
 
 
 def change_table(life: xr.Dataset) -> pd.DataFrame:
-    """Return one row per change that was noticed, and one of the last operation, with ``NAME_5``,
-    ``NAME``, ``NAME_95`` and ``NAME_unchanged`` of each parameter.
+    """Return one row per detected change, and one for the last operation, with ``NAME_5``,
+    ``NAME``, ``NAME_95`` and ``NAME_unchanged`` for each parameter.
     """
     last, ends = int(life.operation[-1]), ("noticed", "start", "earliest", "latest")
     data = {name: np.append(life[name].values, last) for name in ends} | {
@@ -105,8 +105,8 @@ def change_table(life: xr.Dataset) -> pd.DataFrame:
 def sentences(
     life: xr.Dataset, decisions: pd.DataFrame, limits: pd.DataFrame, advice: Mapping[str, str]
 ) -> list[str]:
-    """Say what to do after the last operation, what has changed, where to look first for limits
-    that are due or planned, and whether the answer can be trusted.
+    """Return sentences on the action after the last operation, on changes, on where to look first
+    for limits that are due or planned, and on the validity of the result.
     """
     row, urgent = decisions.iloc[-1], limits[limits.state.isin(["planned", "due"])]
     first = urgent.limit == row.limit
@@ -116,7 +116,7 @@ def sentences(
 
 
 def _headline(row: pd.Series, limits: pd.DataFrame) -> str:
-    """Say what to do after an operation, by its row of the decisions, and why."""
+    """Return the recommended action after an operation, by its row of the decisions."""
     over = limits[limits.certain.notna()].drop_duplicates("limit").limit
     date, ends = row.get("service_by_date"), span(row.operations_left_5, row.operations_left_95)
     return say(
@@ -132,7 +132,7 @@ def _headline(row: pd.Series, limits: pd.DataFrame) -> str:
 
 
 def _since_new(life: xr.Dataset) -> str:
-    """Say which parameters have changed since new: 90 % intervals without 0."""
+    """Return the sentence on parameters that changed since new: 90 % intervals exclude 0."""
     if not life.attrs["family"]:
         return say("life-withheld")
     if life.operation.values[-1] < life.attrs["reported_from"]:
@@ -150,7 +150,7 @@ def _since_new(life: xr.Dataset) -> str:
 
 
 def _trust(life: xr.Dataset) -> str:
-    """Say whether the drive is like those of a family, and its motions agree."""
+    """Return the sentence on whether the drive is inside a family, and its motions agree."""
     least, agree = in_p(float(life.p_value.min())), in_p(life.attrs["agreement"])
     if life.attrs["family"]:
         return say("life-inside", family=life.attrs["family"], p=least, agree=agree)

@@ -1,13 +1,13 @@
-"""Trend of a life: where its coordinates are, how fast they move, and where that changed.
+"""Trend of a life: values and rates of its coordinates, and changes of these.
 
-Each coordinate moves along ``a + b u + c u^2``, and from each change on ``d (u - u0)`` more, where
-wear changed its rate, or ``d``, where the drive itself did. Records scatter around the path by
-Student's t. Coordinates are independent, so what a change would explain is the Schur complement of
-its column. The curvature has a prior: without it false changes are found; free, true ones are not.
+Each coordinate follows ``a + b u + c u^2``. From each change on ``d (u - u0)`` is added, if wear
+changed its rate, or ``d``, if the drive itself changed. Records scatter around the path by
+Student's t. Coordinates are independent, so a change explains the Schur complement of its column.
+Curvature has a prior: without it, false changes are detected; if it is free, true ones are missed.
 
-At every operation three kinds of change are weighed over all times at which they may have begun:
-wear faster or slower in its own direction, wear in a new one, and a step. From the threshold on a
-change becomes part of the path. It is placed anew until enough records follow, or forgotten.
+At every operation three kinds of change are compared over all times at which they may have begun:
+wear faster or slower in its direction, wear in a new direction, and a step. A change with evidence
+above the threshold joins the path. It is moved or removed until enough records follow.
 """
 
 from collections.abc import Sequence
@@ -18,27 +18,27 @@ import numpy as np
 
 from breaker.prognosis.series import Series
 
-_WIDE = 30.0  # prior sd of what is not known of a path, in changes of the family
+_WIDE = 30.0  # prior sd of unknown coefficients of a path, in changes of the family
 _BEND = 0.2  # prior sd of curvature over the life, in the change so far
 _FASTER = 3.0  # prior sd of the change of a rate, in rates
 _SIZE = 0.03  # prior sd of another change, in changes of the family
-_EFFECT = 0.1  # prior sd of 10 K, or of 10 % of the voltage, in changes of the family
-_STARTS = 40  # of changes that are weighed, closer together the later they are
-_AGE = 2  # records that a change needs: one may be an outlier
+_EFFECT = 0.1  # prior sd of the effect of 10 K, or 10 % of the voltage, in changes of the family
+_STARTS = 40  # starts of changes that are compared, geometric in their age
+_AGE = 2  # fewest records after a change: a single one may be an outlier
 _TAILS = 100.0  # degrees of freedom of the scatter
 _MEMORY = 300.0  # records over which the scatter is averaged
-_ODD = 9.0  # largest square of a deviation, in variances, by which a record changes the noise
-_LEADING = 12  # coordinates of a block that count for changes, and for how its path bends
+_LARGEST = 9.0  # squared deviation, in variances, at which the effect of a record on noise is cut
+_LEADING = 12  # coordinates of a block that count for changes, and for the bend of its path
 
 
 class Block(NamedTuple):
-    """Coordinates that are seen together, independent, in units of their scatter.
+    """Independent coordinates that are recorded together, in units of their scatter.
 
     Attributes:
-        values: ``(o, k)``; rows of nan where there is no record.
-        variance: Of the changes that drives of the family make, ``(k,)``, the largest first.
-        noise: Variance of a record as known beforehand, ``(k,)``; with what an inspection shares.
-        sought: Whether changes are looked for in them, and records weighed by them.
+        values: Coordinates of records, ``(o, k)``; rows of nan without a record.
+        variance: Variance of the changes of drives of the family, ``(k,)``, the largest first.
+        noise: Prior variance of a record, ``(k,)``, with the common error of an inspection.
+        sought: Whether these coordinates are used to detect changes and to weight records.
     """
 
     values: np.ndarray
@@ -51,10 +51,10 @@ class Change(NamedTuple):
     """A change of the path.
 
     Attributes:
-        noticed: Index of the operation at which it was noticed.
+        noticed: Index of the operation at which the change was detected.
         start, earliest, latest: Index of the first operation after it, and its 90 % interval.
-        kind: ``"rate"`` of the wear, or its direction, ``"step"``, or ``"event"``, known work.
-        evidence: Log Bayes factor against none, nats.
+        kind: ``"rate"`` or direction of wear, ``"step"``, or ``"event"``, a maintenance event.
+        evidence: Log Bayes factor against no change, nats.
         maintenance: Whether it is work on the drive, not on its transducer alone.
     """
 
@@ -69,13 +69,13 @@ class Change(NamedTuple):
 
 @dataclass(frozen=True)
 class Path:
-    """State after each operation, of all blocks' coordinates side by side, ``(o, k)``.
+    """State after each operation, of the coordinates of all blocks side by side, ``(o, k)``.
 
     Attributes:
-        change, variance: Since new, mean and variance; nan before all new records are there.
-        rate, rate_variance, covariance: Of the change, per operation; and of change and rate.
-        evidence: For a change that is not noticed yet, nats, ``(o,)``; nan where none is sought.
-        weight: Of the record relative to one that follows the path, ``(o,)``; nan without one.
+        change, variance: Mean and variance of the change since new; nan before the last new record.
+        rate, rate_variance, covariance: Mean and variance per operation; covariance with change.
+        evidence: Evidence for a further change, nats, ``(o,)``; nan where none is sought.
+        weight: Weight of the record, 1 on the path, ``(o,)``; nan without a record.
         changes: Changes of the path, in their order.
     """
 
@@ -90,13 +90,13 @@ class Path:
 
 
 class PathFit:
-    """A regression of coordinates on the columns of a design, with a prior of its own each.
+    """A regression of coordinates on the columns of a design, each coordinate with its own prior.
 
     Attributes:
-        weight: Of each record, ``(o,)``.
+        weight: Weight of each record, ``(o,)``.
         mean, cov: Coefficients, ``(k, p)``, and their covariance, ``(k, p, p)``.
-        noise: Variance of a record, ``(k,)``; times ``memory`` where neighbouring ones err alike.
-        sought: Coordinates in which changes are sought, indices ``(l,)``.
+        noise: Variance of a record, ``(k,)``; ``memory`` increases it if neighbours correlate.
+        sought: Indices of coordinates in which changes are sought, ``(l,)``.
     """
 
     def __init__(self, blocks: Sequence[Block]) -> None:
@@ -112,7 +112,7 @@ class PathFit:
         self.weight, self.memory = np.ones(len(self.values)), 1.0
 
     def design(self, rows: np.ndarray, last: int) -> None:
-        """Take another design, ``(o, p)``, and add up the records before ``last``."""
+        """Set the design, ``(o, p)``, and sum the records before ``last``."""
         (n, p), blocks = rows.shape, self.seen.shape[1]
         self.rows = rows
         # Sums over the records before each.
@@ -121,12 +121,12 @@ class PathFit:
         self.add(0, last)
 
     def add(self, first: int, last: int) -> None:
-        """Add up the records from ``first`` to before ``last``."""
-        some, after = slice(first, last), slice(first + 1, last + 1)
-        rows, seen = self.rows[some], self.seen[some, :, None, None]
-        weighted = self.weight[some, None, None] * rows[:, :, None]
+        """Sum the records from ``first`` to before ``last``."""
+        part, after = slice(first, last), slice(first + 1, last + 1)
+        rows, seen = self.rows[part], self.seen[part, :, None, None]
+        weighted = self.weight[part, None, None] * rows[:, :, None]
         gram = np.cumsum(seen * (weighted * rows[:, None])[:, None], axis=0)
-        moment = np.cumsum(weighted * self.values[some, None], axis=0)
+        moment = np.cumsum(weighted * self.values[part, None], axis=0)
         self.gram[after], self.moment[after] = self.gram[first] + gram, self.moment[first] + moment
 
     def solve(self, i: int, precision: np.ndarray) -> None:
@@ -139,19 +139,19 @@ class PathFit:
     def explained(
         self, starts: np.ndarray, i: int, columns: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Return how columns that are 0 before records ``starts (c,)``, and from there on sums of
-        those of the design, ``(c, p)``, explain the records up to ``i``: precisions of coefficients
-        without a prior, and their products with what the records show, ``(c, l)`` each.
+        """Return how further columns explain the records up to ``i``: precisions of their
+        coefficients without a prior, and products of these and the estimates, ``(c, l)`` each. A
+        column is 0 before ``starts (c,)``, then a sum of columns of the design, ``(c, p)``.
         """
-        some = self.sought
-        moment = (self.moment[i + 1] - self.moment[starts])[:, :, some]
-        noise, block = self.memory * self.noise[some], self.block[some]
+        sought = self.sought
+        moment = (self.moment[i + 1] - self.moment[starts])[:, :, sought]
+        noise, block = self.memory * self.noise[sought], self.block[sought]
         cross = ((self.gram[i + 1] - self.gram[starts]) @ columns[:, None, :, None])[..., 0]
         square = (cross * columns[:, None]).sum(axis=-1)[:, block]
         cross = cross[:, block].swapaxes(0, 1)
-        known = ((cross @ self.cov[some]) * cross).sum(axis=-1).T
-        foreseen = (cross @ self.mean[some][:, :, None])[..., 0].T
-        product = (columns[:, None] @ moment)[:, 0] - foreseen
+        known = ((cross @ self.cov[sought]) * cross).sum(axis=-1).T
+        predicted = (cross @ self.mean[sought][:, :, None])[..., 0].T
+        product = (columns[:, None] @ moment)[:, 0] - predicted
         return square / noise - known / np.square(noise), product / noise
 
 
@@ -165,14 +165,14 @@ class _Column(NamedTuple):
     """A column of the design: ``(o,)`` values."""
 
     values: np.ndarray
-    power: int = 0  # of the time since the record before it begins
+    power: int = 0  # of the time since the record ``before``
     before: int = 0
     size: float = _WIDE  # prior sd, in changes of the family
-    kept: bool = True  # whether what it moves is a change of the drive
+    kept: bool = True  # whether it is a change of the drive
 
 
 class Follower:
-    """A life, as it is followed; a change is noticed from an evidence of the threshold on, nats."""
+    """Filter that follows a life, and detects a change if its evidence exceeds the threshold."""
 
     def __init__(self, series: Series, blocks: Sequence[Block], threshold: float) -> None:
         self.series, self.threshold = series, threshold
@@ -184,13 +184,13 @@ class Follower:
         self.columns = [_Column(self.time**power, power) for power in range(3)]
         self.columns += [_Column(name, size=_EFFECT, kept=False) for name in series.conditions]
         self.change, self.off = np.zeros((2, self.fit.variance.size))
-        self.alike = 0.0  # correlation of neighbouring records
+        self.correlation = 0.0  # of neighbouring records
         self.changes: list[Change] = []
-        self.settled = len(self.columns)  # without those of the last change
+        self.settled = len(self.columns)  # without columns of the last change
         self._design(0)
 
     def path(self) -> Path:
-        """Go through all operations."""
+        """Return the path over all operations."""
         known = np.full((5, *self.fit.values.shape), np.nan)
         evidence, weight = np.full((2, self.time.size), np.nan)
         for i, there in enumerate(self.fit.there):
@@ -210,21 +210,21 @@ class Follower:
         return Path(*known, evidence, weight, tuple(self.changes))
 
     def _design(self, last: int) -> None:
-        """Take the columns, and fit the records before ``last``."""
-        values, *about = zip(*self.columns, strict=True)
-        self.power, self.before, self.size, self.kept = map(np.array, about)
+        """Set the design from the columns, and fit the records before ``last``."""
+        values, *fields = zip(*self.columns, strict=True)
+        self.power, self.before, self.size, self.kept = map(np.array, fields)
         self.fit.design(np.stack(values, axis=1), last)
         self.mean_new = self.fit.rows[self.series.new].mean(axis=0)
         if last:
             self._solve(last - 1)
 
     def _begin(self, change: Change, last: int) -> None:
-        """Let a change be part of the path, and fit it to the records before ``last``."""
+        """Add a change to the path, and fit the path to the records before ``last``."""
         self.changes.append(change)
         self.settled = len(self.columns)
         since = self.time - self.time[change.start - 1]
         after = np.arange(since.size) >= change.start
-        for power in range(3):  # a step, and a new rate that bends: an event is both
+        for power in range(3):  # a step, and a new rate with curvature; an event has both
             if change.kind != ("step" if power else "rate"):
                 kept = power > 0 or change.kind != "event" or change.maintenance
                 column = _Column(after * since**power, power, change.start - 1, kept=kept)
@@ -232,7 +232,7 @@ class Follower:
         self._design(last)
 
     def _watch(self, i: int) -> float:
-        """Look for a change after operation ``i``, or place the last one anew; its evidence."""
+        """Seek a change after operation ``i``, or move the last one; return the evidence."""
         last = self.changes[-1] if self.changes else None
         young = last and last.kind != "event" and i <= last.noticed + self.settle
         if young:
@@ -243,40 +243,40 @@ class Follower:
         if young and best.evidence > 0.0:
             self._begin(best._replace(noticed=last.noticed), i + 1)
         elif not young and best.evidence > self.threshold and i > self.full + self.settle:
-            self.fit.weight[best.start : i + 1] = 1.0  # they were weighed without it
+            self.fit.weight[best.start : i + 1] = 1.0  # old weights do not include the change
             self._begin(best, i + 1)
         return np.nan if young else best.evidence
 
     def _solve(self, i: int) -> None:
-        """Fit the path to the records up to ``i``; it may bend along its change, and aside."""
+        """Fit the path to the records up to ``i``; it may bend along its change, and across."""
         fit, since = self.fit, np.maximum(self.time[i] - self.time[self.before], 1e-9)
         square, roots = np.square(self.change), np.sqrt(fit.variance)
         wide = self.size**2 * fit.variance[:, None] + 1.0
-        aside, root = (np.bincount(fit.block, e)[fit.block] for e in (square * fit.leading, roots))
-        bends = _BEND**2 * (square + aside * roots / root) + 1e-12
+        sums, root = (np.bincount(fit.block, e)[fit.block] for e in (square * fit.leading, roots))
+        bends = _BEND**2 * (square + sums * roots / root) + 1e-12
         wide[:, self.power == 2] = bends[:, None]
         fit.solve(i, since ** (2 * self.power) / wide)
         self.change = fit.mean @ self._rows(i)[0]
 
     def _weigh(self, i: int) -> float:
-        """Weigh record ``i`` by how far it is from what is expected, and learn the noise by it."""
+        """Weight record ``i`` by its deviation from the prediction, and update the noise by it."""
         fit, there, row = self.fit, self.fit.there[i], self.fit.rows[i]
         off = (fit.values[i] - fit.mean @ row) / np.sqrt(fit.noise + row @ (fit.cov @ row).T)  # sds
         sought = fit.sought[there[fit.sought]]
         weight = (_TAILS + sought.size) / (_TAILS + float(np.square(off[sought]).sum()))
         self.counted = min(self.counted + 1.0, _MEMORY)
         if sought.size:
-            alike = np.clip(weight * (off[sought] @ self.off[sought]) / sought.size, -1.0, 1.0)
-            self.alike += (alike - self.alike) / self.counted
-            fit.memory = (1.0 + max(self.alike, 0.0)) / (1.0 - max(self.alike, 0.0))
+            product = np.clip(weight * (off[sought] @ self.off[sought]) / sought.size, -1.0, 1.0)
+            self.correlation += (product - self.correlation) / self.counted
+            fit.memory = (1.0 + max(self.correlation, 0.0)) / (1.0 - max(self.correlation, 0.0))
         self.off = np.where(there, np.sqrt(min(weight, 1.0)) * off, self.off)
-        grown = (np.minimum(weight * np.square(off), _ODD) - 1.0) / self.counted
+        grown = (np.minimum(weight * np.square(off), _LARGEST) - 1.0) / self.counted
         fit.noise = fit.noise * np.where(there, 1.0 + grown, 1.0)
         fit.weight[i] = weight
         return weight
 
     def _seek(self, i: int) -> Change:
-        """Weigh all changes that may have begun since the last one; the evidence is for any."""
+        """Return the most probable change since the last one, with the evidence for any change."""
         last = self.changes[-1].noticed + self.settle if self.changes else self.full
         first = max(last, 1)
         if i + 1 - first < _AGE:
@@ -295,15 +295,15 @@ class Follower:
         total = np.stack([evidence(*ramps, along), evidence(*ramps, free), evidence(*steps, free)])
         gaps = np.gradient(ages.astype(float)) if ages.size > 1 else np.ones(1)
         total += np.log(gaps / (gaps.sum() * len(kinds)))
-        every = float(np.logaddexp.reduce(total.ravel()))
+        combined = float(np.logaddexp.reduce(total.ravel()))
         kind, place = np.unravel_index(total.argmax(), total.shape)
-        share = np.cumsum(np.exp(total - every).sum(axis=0)[::-1])  # from the earliest on
+        share = np.cumsum(np.exp(total - combined).sum(axis=0)[::-1])  # from the earliest start
         ends = np.minimum(np.searchsorted(share, (0.05, 0.95)), share.size - 1)
         earliest, latest = starts[::-1][ends].tolist()
-        return Change(i, int(starts[place]), earliest, latest, kinds[kind], every)
+        return Change(i, int(starts[place]), earliest, latest, kinds[kind], combined)
 
     def _rows(self, i: int) -> tuple[np.ndarray, np.ndarray]:
-        """Rows of the design that give the change since new, of the drive alone, and the rate."""
+        """Return rows of the design for the change of the drive since new, and for its rate."""
         since = self.time[i] - self.time[self.before]
         rate = self.power * since ** np.maximum(self.power - 1, 0)
         return self.kept * (self.fit.rows[i] - self.mean_new), rate
