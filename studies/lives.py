@@ -1,18 +1,18 @@
-"""Lives of drives from new to failure, followed and decided on as a user would.
+"""Lives of drives from new to failure, with forecasts and decisions as for a user.
 
     python -m studies.lives --rows results/lives.csv --cores 2   # makes lives, plans and alarms.csv
 
 Sets: ``other``, drives of the independent simulator (``studies.other_lives``); ``few``, drives of
 the family of the networks with few records (``studies.family_lives``); ``few unworn``, the same
-without wear, so that each report is a false alarm. Lives that the file of rows has are not followed
-again. The seed is one that was used neither to develop nor to calibrate ``trend`` and ``Future``.
+without wear, so that each report is a false alarm. Lives in the file of rows are not followed
+again. The seed was used neither to develop nor to calibrate ``trend`` and ``Future``.
 
-Each life has a limit on a measured quantity, and one on the change of a parameter, at what the
-drive reaches at a random share of its wear, if that changes enough. A service is done at the
-operation by which it is planned: by ``MONITORING``, with all records, and by ``INSPECTION``, where
-the records are read at each twentieth of the life. The cost of a life, divided by its operations,
-is compared with a service at a fixed interval: of all intervals the one that would have been
-cheapest in all other lives of the set. A life that is never serviced fails.
+Each life has a limit on a measured quantity, and one on the change of a parameter. Limits are the
+values at a random share of the wear, if these change enough. A service is done at the operation by
+which it is planned: with ``MONITORING``, from all records, and with ``INSPECTION``, from records
+read at each twentieth of the life. The cost of a life, divided by its operations, is compared with
+a service at a fixed interval, which is the cheapest in all other lives of the set. A life that is
+never serviced fails.
 """
 
 import argparse
@@ -49,14 +49,14 @@ SEED, SETS = 75, {"other": 20, "few": 24, "few unworn": 24}
 MONITORING, INSPECTION = "monitoring", "inspections"
 READ = 20  # inspections of a life of ``other``
 FAILS = (0.7, 0.97)  # share of the wear at which a limit is reached
-CLEAR = 6.0  # percent of a parameter, or scatters of a measured quantity, that make a limit
-NEVER = Limit("never", "", (("f", -100.0, False),), of="change")  # of a life without limits
-FEWEST = 10  # new records from which on their own scatter counts, not that of all
-TOLERANCE = {"measured": 0.05, "changed": 0.1}  # shares, of drives that do not wear
-TRIES, ASKED = 100, 3  # drives until one is possible; operations of a life at which it is asked
+CLEAR = 6.0  # least change for a limit: percent of a parameter, scatters of a measured quantity
+NEVER = Limit("never", "", (("f", -100.0, False),), of="change")  # for a life without limits
+FEWEST = 10  # new records from which their own scatter is used, not the scatter of all records
+TOLERANCE = {"measured": 0.05, "changed": 0.1}  # shares, for drives that do not wear
+TRIES, ASKED = 100, 3  # draws until a drive is possible; operations of a life that are scored
 UNCHANGED = 0.05  # probability of no change, below which a parameter is reported as changed
-ROOM = 0.05  # percent by which a change may be outside its interval: of one that is zero
-RESAMPLES = 2000  # lives drawn again, for intervals of 90 %
+ROOM = 0.05  # percent by which a change may be outside its interval, for changes of zero
+RESAMPLES = 2000  # of lives, for intervals of 90 %
 COLUMNS = [
     *("set", "life", "score", "kind", "name", "truth", "low", "high"),
     *("fails", "service", "operations", "false"),
@@ -106,28 +106,28 @@ def limits_of(
     for motion, records in series.motions.items():
         for name, values in records.measured.items():
             scatter = np.nanstd(np.diff(values[: series.new.size])) / np.sqrt(2.0)
-            if series.new.size < FEWEST:  # of all, about a line from a record to the next but one
+            if series.new.size < FEWEST:  # second differences of all records
                 scatter = np.nanstd(np.diff(values, 2)) / np.sqrt(6.0)
             end = np.interp(fails, operations, dense[f"{motion} {name}"])
             if abs(end - np.nanmean(values[: series.new.size])) > CLEAR * scatter:
                 candidates.append((motion, name, float(end)))
-    for motion, name, end in one_of(candidates, rng):
+    for motion, name, end in at_most_one(candidates, rng):
         add("measured", "record", motion, name, dense[f"{motion} {name}"], end)
     percent = {n: 100.0 * (dense[n] / dense[n][new].mean() - 1.0) for n in NAMES}
     ends = {n: float(np.interp(fails, operations, percent[n])) for n in NAMES}
     clear = [n for n in NAMES if n not in UNRESOLVED and abs(ends[n]) > CLEAR]
-    for name in one_of(clear, rng):
+    for name in at_most_one(clear, rng):
         add("changed", "change", "", name, percent[name], ends[name])
     return limits
 
 
-def one_of(some: list, rng: np.random.Generator) -> list:
-    """Draw one of them, if there is any."""
-    return [some[rng.integers(len(some))]] if some else []
+def at_most_one(candidates: list, rng: np.random.Generator) -> list:
+    """Draw one of the candidates, if there are any."""
+    return [candidates[rng.integers(len(candidates))]] if candidates else []
 
 
 def tolerances(series: Series) -> list[Limit]:
-    """Return limits by ``TOLERANCE`` from new, as users have them."""
+    """Return limits at ``TOLERANCE`` from new values, as users define them."""
     limits = []
     for motion, records in series.motions.items():
         for name, values in records.measured.items():
@@ -147,8 +147,8 @@ def scored(name: str, number: int) -> list[dict]:
     config, (life, series, truth, rng) = load(), simulate(name, number)
     unworn, settings = name == "few unworn", config["trend"]
     limits = tolerances(series) if unworn else limits_of(truth, series, life, rng)
-    about = {"draws": settings["draws"], "seed": SEED, "misfit_p_value": 0.001}
-    readout = Readout.of(series, shipped_networks(), **about)
+    fixed = {"draws": settings["draws"], "seed": SEED, "misfit_p_value": 0.001}
+    readout = Readout.of(series, shipped_networks(), **fixed)
     path = Follower(series, readout.coordinates.blocks(series), settings["threshold"]).path()
     data = forecast_of(readout, path, list(limits) or [NEVER], Future(settings["horizon"]))
     looks = looked_at(life, data, config["planning"])
@@ -158,13 +158,13 @@ def scored(name: str, number: int) -> list[dict]:
     else:
         rows = [row for limit, fails in limits.items() for row in left_of(limit, fails, data, rng)]
         for limit, fails in limits.items():
-            rows += [serviced(limit, fails, way, stands) for way, stands in looks.items()]
+            rows += [serviced(limit, fails, mode, stands) for mode, stands in looks.items()]
         rows += changes_of(series, truth, data, rng)
     return [{"set": name, "life": number} | row for row in rows]
 
 
 def looked_at(life: Life, data: xr.Dataset, planning: Mapping) -> dict[str, xr.Dataset]:
-    """Return the states, where every record is looked at, and where inspections read them."""
+    """Return the states under monitoring of every record, and under periodic inspection."""
 
     def states(data: xr.Dataset, between: float) -> xr.Dataset:
         return states_of(data, {**planning, "inspection": f"{between} operations"})
@@ -174,13 +174,13 @@ def looked_at(life: Life, data: xr.Dataset, planning: Mapping) -> dict[str, xr.D
     between, asked = round(life.length / READ), data.asked.values
     inspections = np.arange(between, asked[-1] + 1, between)
     last = np.searchsorted(asked, inspections, side="right") - 1
-    some = data.sel(asked=np.unique(asked[np.maximum(last, 0)]))
-    every = life.length / life.operations.size
-    return {MONITORING: states(data, every), INSPECTION: states(some, between)}
+    inspected = data.sel(asked=np.unique(asked[np.maximum(last, 0)]))
+    step = life.length / life.operations.size
+    return {MONITORING: states(data, step), INSPECTION: states(inspected, between)}
 
 
 def left_of(limit: Limit, fails: float, data: xr.Dataset, rng: np.random.Generator) -> list[dict]:
-    """Return the operations left, at random operations before a failure."""
+    """Return the true and forecast operations left, at random operations before a failure."""
     asked, rows = data.asked.values, []
     asked = asked[(asked >= data.attrs["reported_from"]) & (asked < fails)]
     for operation in rng.choice(asked, min(ASKED, asked.size), replace=False) if asked.size else []:
@@ -193,7 +193,7 @@ def left_of(limit: Limit, fails: float, data: xr.Dataset, rng: np.random.Generat
 def changes_of(
     series: Series, truth: pd.DataFrame, data: xr.Dataset, rng: np.random.Generator
 ) -> list[dict]:
-    """Return changes of parameters at random operations, percent."""
+    """Return the true and estimated changes of parameters at random operations, percent."""
 
     def at(operation: float) -> np.ndarray:
         return np.array([np.interp(operation, truth.index, truth[name]) for name in NAMES])
@@ -210,26 +210,26 @@ def changes_of(
     return rows
 
 
-def serviced(limit: Limit, fails: float, way: str, stands: xr.Dataset) -> dict:
-    """Return when a service is done, inf if never.
+def serviced(limit: Limit, fails: float, mode: str, stands: xr.Dataset) -> dict:
+    """Return the operation at which a service is done, inf if never.
 
-    A planned service is done at its operation, if that comes before the next look.
+    A planned service is done at its operation, if this is before the next inspection.
     """
-    one, operations = stands.sel(limit=limit.name), stands.operation.values
-    by = np.maximum(one.service_by.values, operations)
+    own, operations = stands.sel(limit=limit.name), stands.operation.values
+    by = np.maximum(own.service_by.values, operations)
     planned = np.where(by < np.append(operations[1:], np.inf), by, np.inf)
-    done = np.where(one.state.values == STATES.index("due"), operations, planned)
-    row = {"score": "serviced", "kind": way, "name": limit.name, "fails": fails}
+    done = np.where(own.state.values == STATES.index("due"), operations, planned)
+    row = {"score": "serviced", "kind": mode, "name": limit.name, "fails": fails}
     return row | {"service": float(done.min())}
 
 
 def alarms_of(data: xr.Dataset, stands: xr.Dataset) -> list[dict]:
-    """Return what is reported of a drive that does not wear, and in how many operations."""
+    """Return the reports on a drive that does not wear, with the operations until each."""
     start, end, rows = data.attrs["reported_from"], float(data.operation[-1]), []
 
-    def add(what: str, limit: str, operations: np.ndarray) -> None:
+    def add(kind: str, limit: str, operations: np.ndarray) -> None:
         until = float(operations[0]) if operations.size else end
-        row = {"score": "alarm", "kind": what, "name": limit, "operations": until - start}
+        row = {"score": "alarm", "kind": kind, "name": limit, "operations": until - start}
         rows.append(row | {"false": int(operations.size > 0)})
 
     for limit in stands.limit.values:
@@ -242,31 +242,31 @@ def alarms_of(data: xr.Dataset, stands: xr.Dataset) -> list[dict]:
     return rows
 
 
-def drawn_again(count: int) -> np.ndarray:
-    """Return indices of lives drawn again, ``(RESAMPLES, count)``."""
+def resampled(count: int) -> np.ndarray:
+    """Return bootstrap indices of lives, ``(RESAMPLES, count)``."""
     return generator(1, "lives drawn again").integers(count, size=(RESAMPLES, count))
 
 
 def coverage(rows: pd.DataFrame) -> pd.DataFrame:
-    """Return coverage by set, with 90 % intervals over lives drawn again."""
+    """Return coverage by set, with 90 % bootstrap intervals over lives."""
     known, table = rows[rows.score.isin(["change", "left"]) & rows.low.notna()], []
     room = np.where(known.score == "change", ROOM, 0.0)
-    holds = (known.low - room <= known.truth) & (known.truth <= known.high + room)
-    for key, own in known.assign(holds=holds).groupby(["set", "score", "name"]):
-        sums, sizes = own.holds.astype(float).groupby(own.life).agg(["sum", "size"]).values.T
-        again = drawn_again(len(sums))
+    inside = (known.low - room <= known.truth) & (known.truth <= known.high + room)
+    for key, own in known.assign(inside=inside).groupby(["set", "score", "name"]):
+        sums, sizes = own.inside.astype(float).groupby(own.life).agg(["sum", "size"]).values.T
+        again = resampled(len(sums))
         shares = sums[again].sum(axis=1) / sizes[again].sum(axis=1)
-        table.append([*key, own.holds.mean(), len(own), *np.quantile(shares, [0.05, 0.95])])
+        table.append([*key, own.inside.mean(), len(own), *np.quantile(shares, [0.05, 0.95])])
     columns = ["set", "score", "name", "coverage", "count", "low", "high"]
     return pd.DataFrame(table, columns=columns)
 
 
 def plans(rows: pd.DataFrame) -> pd.DataFrame:
-    """Return how lives of ``other`` were serviced."""
+    """Return service in time and cost of lives of ``other``, by limit and mode of inspection."""
     table, lives = [], rows[(rows.score == "serviced") & (rows.set == "other")]
-    for (limit, way), own in lives.groupby(["name", "kind"]):
+    for (limit, mode), own in lives.groupby(["name", "kind"]):
         fails, service = own.fails.values, own.service.fillna(np.inf).values
-        row = [limit, way, len(own), (service <= fails).mean()]
+        row = [limit, mode, len(own), (service <= fails).mean()]
         table.append([*row, *against_fixed(service, fails)])
     columns = ["limit", "looked at", "lives", "serviced in time", "cost", "low", "high"]
     return pd.DataFrame(table, columns=columns)
@@ -276,35 +276,35 @@ def against_fixed(service: np.ndarray, fails: np.ndarray) -> tuple[float, float,
     """Return the cost of an operation, relative to a service at the best interval of other lives.
 
     Returns:
-        The ratio, and its 90 % interval over lives drawn again.
+        The ratio, and its 90 % bootstrap interval over lives.
     """
     settings = load()["planning"]
     costs = np.array([settings["service_cost"], settings["failure_cost"]])
     planned = costs[(service > fails).astype(int)], np.minimum(service, fails)
     tried = np.append(np.sort(fails), np.inf)
-    over = tried[:, None] > fails  # an interval of just what a life lasts is in time
+    over = tried[:, None] > fails  # an interval equal to a life is in time
     cost, made = costs[over.astype(int)], np.minimum(tried[:, None], fails)
     others = (cost.sum(axis=1, keepdims=True) - cost) / (made.sum(axis=1, keepdims=True) - made)
     best, lives = others.argmin(axis=0), np.arange(len(fails))
     fixed = cost[best, lives], made[best, lives]
 
-    def ratio(some: np.ndarray) -> np.ndarray:
-        ours, theirs = (c[some].sum(-1) / m[some].sum(-1) for c, m in (planned, fixed))
+    def ratio(chosen: np.ndarray) -> np.ndarray:
+        ours, theirs = (c[chosen].sum(-1) / m[chosen].sum(-1) for c, m in (planned, fixed))
         return ours / theirs
 
-    again = ratio(drawn_again(len(fails)))
+    again = ratio(resampled(len(fails)))
     return float(ratio(lives)), *np.quantile(again, [0.05, 0.95]).tolist()
 
 
 def alarms(rows: pd.DataFrame) -> pd.DataFrame:
-    """Return how often something is reported without cause, and in 1,000 operations at most, with a
+    """Return numbers of false alarms, and upper limits of their rates in 1,000 operations, with a
     confidence of 95 %.
     """
-    some, table = rows[rows.score == "alarm"].fillna({"name": ""}), []
-    for (what, limit), own in some.groupby(["kind", "name"]):
+    reports, table = rows[rows.score == "alarm"].fillna({"name": ""}), []
+    for (kind, limit), own in reports.groupby(["kind", "name"]):
         made, false = own.operations.sum(), int(own.false.sum())
         most = 1000.0 * chi2.ppf(0.95, 2 * (false + 1)) / 2.0 / made if made else np.nan
-        table.append([what, limit, len(own), false, int(made), most])
+        table.append([kind, limit, len(own), false, int(made), most])
     columns = ["reported", "limit", "of", "false", "operations", "at_most"]
     return pd.DataFrame(table, columns=columns)
 

@@ -1,10 +1,10 @@
-"""Drives of an independent simulator: how many intervals contain the truth.
+"""Drives of an independent simulator: coverage of intervals.
 
     python -m studies.other_code --drives 40 --pairs 60 --table docs/other_code.csv
 
-It writes the coverage of 95 % intervals of single operations, with one additional effect or all,
-and of 90 % intervals of changes between inspections of three records of each motion. Times of the
-contact count from 10 % of the travel.
+The study writes the coverage of 95 % intervals of single operations, with one additional effect or
+all, and of 90 % intervals of changes between inspections of three records of each motion. Times of
+the contact count from 10 % of the travel.
 
 The drives share the seven parameters with the model and nothing else: a lever between the shaft,
 whose angle the sensor reads, and the pushrod; a contact carrier on a soft stop with preload; an
@@ -41,9 +41,9 @@ from tests.raws import raw_of
 LENGTH, RATE, LEAD = 75.0, 10.0, 8.0  # ms, kHz, ms, of records of single operations
 NOISE, ONSET_SD = 0.1, 0.3  # mm and ms, of these records
 SWITCHING = {"closing": "touch_from_10", "opening": "separation_from_10"}
-TIMES = np.arange(-LEAD, 58.0, 0.2)  # ms, of records that are compared
-SCATTER = {"f": 0.002, "gamma_a": 0.005}  # of operations that are compared
-COMPARED_NOISE = 0.05  # mm
+TIMES = np.arange(-LEAD, 58.0, 0.2)  # ms, of records of inspections
+SCATTER = {"f": 0.002, "gamma_a": 0.005}  # of operations of an inspection, shares
+COMPARED_NOISE = 0.05  # mm, of records of inspections
 WEAR = {"f": -0.08, "k_a": -0.08, "k_b": -0.2, "gamma_a": 0.2, "gamma_b": 0.2, "L": 0.08}
 WALL = 12.0  # 1/ms^2, of the fixed contact
 NOTHING = {"radius": 1e4, "damped": 6, "full": 0.01, "slip": 0.1, "air_way": 1, "oil_way": 1}
@@ -67,7 +67,7 @@ EFFECTS = {
 
 
 class Curve(NamedTuple):
-    """A motion without noise, from the start of motion on; ``tenth``: time of 10 % of the way."""
+    """A motion without noise, from the start of motion on; ``tenth``: time of 10 % of travel."""
 
     time: np.ndarray
     travel: np.ndarray
@@ -77,14 +77,14 @@ class Curve(NamedTuple):
 
 @dataclass
 class Other:
-    """A drive: ``theta`` as in the model, and numbers of its own, forces per drive mass."""
+    """A drive: ``theta`` as in the model, and numbers of its effects, forces per drive mass."""
 
     theta: np.ndarray
     more: dict
 
     @classmethod
     def drawn(cls, prior: Prior, rng: np.random.Generator, group: str = "all") -> "Other":
-        """Draw one that closes."""
+        """Draw a drive that closes."""
         while True:
             theta = prior.sample(1, rng)[0]
             more = dict.fromkeys(EFFECTS["all"], 0.0) | NOTHING
@@ -94,19 +94,19 @@ class Other:
                 return drive
 
     def lever(self, s: float) -> tuple[float, float]:
-        """Travel of the pushrod where the shaft has turned by an arc, and its slope."""
+        """Return the travel of the pushrod, and its derivative, at an arc of the shaft."""
         turn = s / self.more["radius"] - np.arcsin(6.0 / self.more["radius"])  # 0 is halfway
         return self.more["radius"] * np.sin(turn) + 6.0, np.cos(turn)
 
     def excess(self, s: float) -> tuple[float, float]:
-        """Force that closes further where the drive rests at s, and how deep the contact is."""
+        """Return the closing force on a drive at rest at s, and the depth of the contact."""
         (_, k_a, k_b, _, _, f, gap), m, (x, ratio) = self.theta, self.more, self.lever(s)
         depth = (k_b * (x - gap) + m["preload"]) / (WALL + k_b)
         spring = k_a * s * (1.0 + m["progress"] * s / 10.0)
         return f * (1.0 - m["fall"] * s / 10.0) - spring - ratio * WALL * depth, depth
 
     def rates(self, time, state, closing, rest):
-        """Time derivatives of position and speed of drive and contact."""
+        """Return time derivatives of position and speed of drive and contact."""
         mu, k_a, k_b, gamma_a, gamma_b, f, gap = self.theta
         m, (s, v, y, w) = self.more, state
         x, ratio = self.lever(s)
@@ -131,7 +131,7 @@ class Other:
         return [v, force, w, mu * (carried - wall)]
 
     def travel(self, motion: str, times: np.ndarray) -> tuple[np.ndarray, float]:
-        """Travel at times after the release, mm, and when the contact touches or parts, ms."""
+        """Return travel at times after the start of motion, mm, and touch or separation, ms."""
         k_b, gap = (self.theta[NAMES.index(name)] for name in ("k_b", "L"))
         rest = brentq(lambda s: self.excess(s)[0], gap, gap + 30.0)
         start = [rest, 0.0, gap + self.excess(rest)[1], 0.0]
@@ -157,7 +157,7 @@ class Other:
 
 
 def records_of(curves: Mapping, number: int, rng: np.random.Generator, form: Mapping) -> list:
-    """Write records of an operation to files, and read them as a user's."""
+    """Write records of an operation to files, and read them like a user's files."""
     time = np.arange(0.0, LENGTH, 1.0 / RATE)
     with TemporaryDirectory() as folder:
         files = {motion: Path(folder, f"{motion}.csv") for motion in MOTIONS}
@@ -179,7 +179,7 @@ def judge(answers: Sequence[Estimate], theta: np.ndarray, curves: Mapping, lists
         motion, curve = answer.record.motion, curves[answer.record.motion]
         own = answer.draws.switching[motion], curve.switching - curve.tenth
         truths = {SWITCHING[motion]: own}
-        if k == 0 or len(answer.motions) == 1:  # else its parameters are those of the first record
+        if k == 0 or len(answer.motions) == 1:  # else both records have the same parameters
             truths |= {n: (answer.inferred(n), x) for n, x in zip(NAMES, theta, strict=True)}
         for name, (draws, truth) in truths.items():
             low, high = np.quantile(draws, [0.025, 0.975])
@@ -196,8 +196,8 @@ def levels(prior: Prior, config: dict, group: str, count: int) -> pd.DataFrame:
         for motions, lists in ((m, defaultdict(list)) for m in (*MOTIONS, "both")):
             answers = diagnosis.infer([r for r in records if motions in ("both", r.motion)])
             judge(answers, drive.theta, curves, lists)
-            for name, held in lists.items():
-                rows += [("level", group, motions, name, holds) for holds in held]
+            for name, values in lists.items():
+                rows += [("level", group, motions, name, inside) for inside in values]
     columns = ["of", "group", "drives", "name", "holds"]
     parts = pd.DataFrame(rows, columns=columns).groupby(columns[:4], sort=False)
     return parts.agg(count=("holds", "size"), hold=("holds", "mean")).reset_index()
@@ -217,7 +217,7 @@ def inspection(drive: Other, count: int, rng: np.random.Generator) -> dict:
 
 
 def changes(prior: Prior, count: int, records: int = 3) -> pd.DataFrame:
-    """Return how well changes are known; every other drive has one or two, by up to ``WEAR``."""
+    """Return coverage and reports of changes; every other drive has one or two, up to ``WEAR``."""
     networks, rows = [*shipped_networks()], []
     for number in range(count):
         rng = generator(1, "other code, changes", number)
@@ -226,19 +226,17 @@ def changes(prior: Prior, count: int, records: int = 3) -> pd.DataFrame:
             for name in rng.choice(list(WEAR), rng.integers(1, 3) * (number % 2), replace=False):
                 factors[NAMES.index(name)] += WEAR[name] * rng.uniform(0.3, 1.0)
             later = Other(drive.theta * factors, drive.more)
-            if (
-                later.excess(later.theta[NAMES.index("L")])[0] > 0.01
-            ):  # it closes, and when scattered
+            if later.excess(later.theta[NAMES.index("L")])[0] > 0.01:  # closes with scatter, too
                 break
         pair = Pair.of(*(inspection(state, records, rng) for state in (drive, later)))
         both = compare(pair, networks, rng)
-        about = "change", "changed" if number % 2 else "unchanged"
+        key = "change", "changed" if number % 2 else "unchanged"
         for row in (item for item in both.rows if item.name in NAMES):
             low, _, high = row.change
             truth = 100.0 * (factors[NAMES.index(row.name)] - 1.0)
-            holds, said = low - 1e-9 <= truth <= high + 1e-9, row.changed
-            result = truth != 0.0, said and truth != 0.0, said and truth == 0.0
-            rows.append((*about, row.name, holds, *result))
+            inside, reported = low - 1e-9 <= truth <= high + 1e-9, row.changed
+            result = truth != 0.0, reported and truth != 0.0, reported and truth == 0.0
+            rows.append((*key, row.name, inside, *result))
     columns = ["of", "drives", "name", "hold", "truly_changed", "reported", "false"]
     parts = pd.DataFrame(rows, columns=columns).groupby(columns[:3])
     how = {"hold": "mean"} | dict.fromkeys(columns[4:], "sum")

@@ -1,13 +1,13 @@
 """Lives of drives of the independent simulator, by other laws of wear than trends assume.
 
 A drive of ``studies.other_code`` wears in one or two parameters and, in half of the lives, in one
-of its own effects. How far it is worn, from 0 to 1, follows one of ``LAWS`` of the share of its
-life. Lives last from 700 to 4,000 operations, with 400 records each. In one life of five the
-season moves the friction, and nobody writes the temperature down. Parameters scatter from operation
-to operation by other amounts than in lives of the family.
+of its own effects. Its wear, from 0 to 1, is one of ``LAWS`` of the share of its life. Lives last
+from 700 to 4,000 operations, with 400 records each. In one life of five the friction follows the
+season, and the temperature is not recorded. Parameters scatter from operation to operation by other
+amounts than in lives of the family.
 
-A curve at any wear is interpolated between curves at ``LEVELS``, and what scatters is added by
-differences; the truth is that of the drive without scatter, sensor and season.
+A curve at any wear is interpolated between curves at ``LEVELS``, and scatter is added by
+derivatives. True values are those of the drive without scatter, sensor and season.
 """
 
 from collections.abc import Callable, Mapping
@@ -26,10 +26,10 @@ from studies.sensors import MEASURED, TIMES, measured
 LEVELS = np.linspace(0.0, 1.3, 14)
 LENGTHS, RECORDS = (700.0, 4000.0), 400
 SCATTER = {"f": 0.004, "gamma_a": 0.006, "k_a": 0.003}
-OWN = {"preload": -0.3, "fall": 0.8, "dry": 1.0, "oil": -0.4}  # share by which an effect wears
-SEASON, YEAR = 0.02, 300.0  # share of the friction, operations
+OWN = {"preload": -0.3, "fall": 0.8, "dry": 1.0, "oil": -0.4}  # largest wear of effects, shares
+SEASON, YEAR = 0.02, 300.0  # amplitude as a share of the friction; period in operations
 FINE = np.arange(-1.0, 66.0, 0.1)  # ms after the start of motion
-STAGES = 105  # of a life, at which the truth is known
+STAGES = 105  # of a life, at which true values are computed
 LAWS: dict[str, Callable[[np.ndarray], np.ndarray]] = {
     "straight": lambda u: u,
     "saturating": lambda u: -np.expm1(-1.6 * u) / -np.expm1(-1.6),
@@ -44,7 +44,7 @@ LAWS: dict[str, Callable[[np.ndarray], np.ndarray]] = {
 
 @dataclass
 class OtherLife:
-    """A life: the drive as new, factors on parameters and effects when worn, a law, a length."""
+    """A life: the drive as new, relative changes at full wear, law, length and season."""
 
     drive: Other
     factors: dict[str, float]
@@ -58,8 +58,8 @@ class OtherLife:
         names = rng.choice(list(WEAR), rng.integers(1, 3), replace=False)
         factors = {str(name): WEAR[name] * rng.uniform(0.5, 1.2) for name in names}
         if rng.random() < 0.5:
-            own = str(rng.choice(list(OWN)))
-            factors[own] = OWN[own] * rng.uniform(0.5, 1.0)
+            effect = str(rng.choice(list(OWN)))
+            factors[effect] = OWN[effect] * rng.uniform(0.5, 1.0)
         length = float(np.exp(rng.uniform(*np.log(LENGTHS))))
         season = SEASON * float(rng.random() < 0.2)
         law = str(rng.choice(list(LAWS)))
@@ -67,11 +67,11 @@ class OtherLife:
 
     @property
     def operations(self) -> np.ndarray:
-        """Operations with a record: to the end of the life, so that all failures are seen."""
+        """Operations with a record: to the end of the life, so that all failures are included."""
         return np.round(self.length / RECORDS * np.arange(1, RECORDS + 1)).astype(int)
 
     def wear(self, operation: np.ndarray) -> np.ndarray:
-        """Return how far the drive is worn."""
+        """Return the wear of the drive."""
         return LAWS[self.law](np.asarray(operation, dtype=float) / self.length)
 
     def reached(self, share: float) -> float:
@@ -80,7 +80,7 @@ class OtherLife:
         return float(over[np.argmax(self.wear(over) >= share)])
 
     def at(self, level: float, scatter: Mapping[str, float] | None = None) -> Other:
-        """Return the drive at a wear, its parameters times 1 and a ``scatter``."""
+        """Return the drive at a wear, with parameters changed by the shares in ``scatter``."""
         theta, more = self.drive.theta.copy(), dict(self.drive.more)
         for name, factor in self.factors.items():
             if name in NAMES:
@@ -108,7 +108,7 @@ class OtherLife:
         return travels
 
     def truth(self) -> pd.DataFrame:
-        """Return parameters, and what records show but for scatter and sensor, by operation."""
+        """Return true parameters and measured quantities, without scatter, by operation."""
         over, rows = np.linspace(0.0, LEVELS[-1] * self.length, STAGES), []
         for operation in over[self.wear(over) <= LEVELS[-1]]:
             level = float(self.wear(operation))
@@ -121,18 +121,18 @@ class OtherLife:
 
 
 class Curves:
-    """Curves of a motion by wear, and what a relative change of a parameter adds to them."""
+    """Curves of a motion by wear, and their derivatives by relative changes of parameters."""
 
     def __init__(self, life: OtherLife, motion: str) -> None:
         curves = np.array([life.at(level).travel(motion, FINE)[0] for level in LEVELS])
-        self._way, some, self._more = CubicSpline(LEVELS, curves), LEVELS[::6], {}
+        self._way, coarse, self._slopes = CubicSpline(LEVELS, curves), LEVELS[::6], {}
         for name, sd in SCATTER.items():
-            moved = [life.at(level, {name: sd}).travel(motion, FINE)[0] for level in some]
-            self._more[name] = CubicSpline(some, (np.array(moved) - curves[::6]) / sd)
+            moved = [life.at(level, {name: sd}).travel(motion, FINE)[0] for level in coarse]
+            self._slopes[name] = CubicSpline(coarse, (np.array(moved) - curves[::6]) / sd)
 
     def travel(self, level: float, scatter: Mapping[str, float], times: np.ndarray) -> np.ndarray:
         """Return the travel at times after the start of motion, mm."""
         way = self._way(level)
         for name, share in scatter.items():
-            way = way + share * self._more[name](level)
+            way = way + share * self._slopes[name](level)
         return np.interp(times, FINE, way)
