@@ -238,7 +238,8 @@ def damaged() -> Rows:
     keys = ("files", "rejected", "right", "masked", "flagged", "silent")
     total = {key: sum(int(row[key]) for row in rows) for key in keys}
     worst = sorted(rows, key=lambda row: -int(row["silent"]))[:3]
-    table = [["kind of damage", *keys], ["none", *(rows[0][key] for key in keys)]]
+    none = next(row for row in rows if row["kind"] == "nothing")
+    table = [["kind of damage", *keys], ["none", *(none[key] for key in keys)]]
     table += [[row["kind"], *(row[key] for key in keys)] for row in worst]
     return [*table, ["all", *(f"{total[key]:,}" for key in keys)]]
 

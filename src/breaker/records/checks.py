@@ -5,7 +5,8 @@ standard deviation, at the rate ``FALSE`` of false alarms; other limits are phys
 kept because damaged files of ``studies.faults`` would be wrong without a remark if it were missing:
 of 684 accepted files (seed 11) 49 without *spike*, 38 without *jump* and *slip*, 4 without
 *open-rest-off*, 2 without *clipped*; of 120 files of one kind (seed 33) 5 without *hum*, 2 without
-*range-ends*; of 52 files with a burst 2 without *disturbed*.
+*range-ends*; of 52 files with an excursion 6 without *unsteady*; of 52 with a burst 2 without
+*disturbed*.
 """
 
 from collections.abc import Mapping
@@ -18,7 +19,9 @@ from breaker.common.numerals import in_digits
 from breaker.records.motion import Segment
 from breaker.records.noise import (
     OF_SECOND,
+    REST,
     filled,
+    running_mean,
     running_median,
     smoothed,
     white_noise,
@@ -40,6 +43,8 @@ _FAR = 0.15  # strokes, distance of the open rest from zero above which the sett
 _SLIPS = 0.05  # strokes, largest slip of a transducer that is accepted
 _AT_END = 0.25  # share of samples at one extreme that shows a range's end; by noise of 5 steps 0.07
 _NOISY = 5  # distinct values at the other rest from which on its noise exceeds the step
+_UNSTEADY = 0.01  # strokes, movement of a rest; at most 0.006 in 200 good records of the study
+_RANGE = 0.5  # strokes, largest swing of a drive about its rest
 _BEGUN = 0.1  # share of the stroke from which a motion has begun: twice the largest slip
 
 
@@ -268,6 +273,33 @@ def ends_of_range(time: np.ndarray, travel: np.ndarray, moves: float) -> tuple[f
         level = [end for end in ends if noisy and (rest == end).mean() > _AT_END]
         levels.append(float(level[0]) if level else np.nan)
     return levels[0], levels[1]
+
+
+def unsteady_remark(time: np.ndarray, travel: np.ndarray, moves: float, segment: Segment) -> str:
+    """Return a remark if the reading moves at rest, before the motion or again after it; else "".
+
+    A drive that has arrived swings less and less, and never back by half of its stroke.
+
+    Args:
+        time, travel: Of the motion, ``(n,)``, ms and mm; NaN where a sample is missing.
+        moves: Time of the first motion, ms.
+        segment: The motion in its record.
+    """
+    half = max(1, round(0.5 / (time[1] - time[0])))
+    smooth = running_mean(filled(travel), 2 * half + 1)[half:-half:half]
+    at = time[half:-half:half]
+    done = np.abs(smooth - segment.before) / segment.stroke
+    rest = done[(at < moves - REST[1]) & (at > moves - REST[0])]
+    begun, arrived = ((done >= share).argmax() for share in (_BEGUN, 1.0 - _BEGUN))
+    off, lasts = np.abs(done[arrived:] - 1.0), int(arrived - begun)
+    ways = [float(np.ptp(rest)) if rest.size else 0.0, float(off.max()) - _RANGE]
+    if 0 < 2 * lasts < off.size:
+        largest = sliding_window_view(off, lasts).max(axis=1)[:-1]
+        ways.append(float((off[lasts:] - 2.0 * np.minimum.accumulate(largest)).max()))
+    noise = white_noise(travel) / np.sqrt(2.0 * half + 1.0) / segment.stroke
+    if max(ways) < max(_UNSTEADY, 2.0 * normal_sds(done.size) * noise):
+        return ""
+    return Remark("unsteady", way=in_digits(max(ways) * segment.stroke, 2))
 
 
 def check_stroke(stroke: float, settings: Mapping) -> None:

@@ -18,6 +18,7 @@ from breaker.records.checks import (
     doubts_in_words,
     of_no_drive,
     rest_remark,
+    unsteady_remark,
 )
 from breaker.records.contacts import ContactTimes
 from breaker.records.currents import Currents
@@ -76,6 +77,9 @@ class Record(LocatedMotion):
             remarks.append(Remark("hum", way=swing, frequency=hertz))
         elif self.ripple:
             remarks.append(Remark("ripples", rms=in_digits(self.ripple, 2)))
+        if not amplitude:
+            time = self.time[self.inside]
+            remarks.append(unsteady_remark(time, self.left, self.moves, self.segment))
         if grid and grid.onset_sd and self.first_motion_sd > grid.onset_sd:
             shown = in_digits(self.first_motion_sd, 2)
             remarks.append(Remark("onset-vague", sd=shown, assumed=grid.onset_sd))

@@ -18,7 +18,7 @@ def normal_sds(count: int) -> float:
     return -NormalDist().inv_cdf(0.5 * FALSE / max(count, 1))
 
 
-DISTURBED = {"hum", "no-drive", "range-ends"}
+DISTURBED = {"hum", "no-drive", "range-ends", "unsteady"}
 """Codes of remarks that must accompany every value of the record."""
 
 TEXTS = {
@@ -27,6 +27,7 @@ TEXTS = {
     "or unit of the time, and the unit or ratio of the travel",
     "range-ends": "at one rest the reading is at exactly {level} mm, too often for its noise: the "
     "range of the transducer ends within the stroke",
+    "unsteady": "at rest the reading moves by {way} mm: is there a drift or a vibration?",
     "hum": "the reading swings by {way} mm at {frequency} Hz, before and after the motion: shield "
     "the cable of the transducer",
     "open-rest-unseen": "ends before the open breaker rests: its last reading stands for that rest",
