@@ -51,8 +51,8 @@ def read_inspection(text: str, truth: dict) -> dict:
 
 def ask(path: Path, truth: dict, folder: Path) -> tuple[dict, list[str]]:
     """Return the output of `inspect` and `infer` for a file, by channel, and the failures."""
-    layout, own, failures = folder / "layout.yaml", folder / "own.yaml", []
-    for file in (layout, own):
+    layout, overlay, failures = folder / "layout.yaml", folder / "own.yaml", []
+    for file in (layout, overlay):
         file.unlink(missing_ok=True)
     status, text, err = call("inspect", path, "--output", layout)
     document = read_inspection(text, truth) | {"records": [], "refused": []}
@@ -77,9 +77,9 @@ def ask(path: Path, truth: dict, folder: Path) -> tuple[dict, list[str]]:
                 points = [f"{v} {unit} from {rest}" for v in truth["zones"][motion]]
                 lines.append(f"  {motion}_speed_zone: {json.dumps(points)}")
             lines = ["endurance:", "  format:", *lines[:2], "speeds:", *lines[2:]]
-            own.write_text("\n".join(lines) + "\n", encoding="utf-8")
+            overlay.write_text("\n".join(lines) + "\n", encoding="utf-8")
             only = ["--motion", motions[0]] if len(groups) > 1 else []
-            options = ["--channel", column, *only, "--json", "--config", layout, own]
+            options = ["--channel", column, *only, "--json", "--config", layout, overlay]
             status, text, err = call("infer", path, *options)
             try:
                 result = json.loads(text)["records"]

@@ -12,19 +12,19 @@ STEP = 0.02  # ms, time step of a motion's curve
 _FLOWS = 0.05  # share of the test current above which a resistance is computed
 
 
-def reached(way: np.ndarray, mm: float) -> float:
+def reached(travel: np.ndarray, mm: float) -> float:
     """Return the time at which the travel first reaches a position, ms after the first motion."""
-    after = int(np.argmax(way >= mm))
-    before = way[after - 1]
-    share = (mm - before) / (way[after] - before) if after else 0.0
+    after = int(np.argmax(travel >= mm))
+    before = travel[after - 1]
+    share = (mm - before) / (travel[after] - before) if after else 0.0
     return float(STEP * (after - 1 + share)) if after else 0.0
 
 
 def contact_times(pole: dict, move: dict) -> dict[str, float]:
     """Return the times at which contacts of a pole touch or separate, ms after first motion."""
     closing, stroke = move["motion"] == "closing", pole["stroke"]
-    ways = {kind: mm if closing else stroke - mm for kind, mm in pole["contacts"].items()}
-    return {kind: reached(move["way"], mm) for kind, mm in ways.items()}
+    levels = {kind: mm if closing else stroke - mm for kind, mm in pole["contacts"].items()}
+    return {kind: reached(move["travel"], mm) for kind, mm in levels.items()}
 
 
 def draw_bounces(rng: np.random.Generator) -> list[tuple[float, float]]:

@@ -66,9 +66,9 @@ def motion_curve(rng: np.random.Generator, stroke: float, closing: bool) -> np.n
     power, long = rng.uniform(1.5, 4.0), rng.uniform(4, 20) * (1.0 if closing else 0.4)
     power = power if slow[0] else 2.0
     until, crawl = rng.uniform(3, 15) * slow[1] * (1.0 if closing else 0.4), rng.uniform(0.02, 0.15)
-    way = np.zeros(int(450 / STEP))
+    curve = np.zeros(int(450 / STEP))
     x = v = damped = since = 0.0
-    for i in range(1, len(way)):
+    for i in range(1, len(curve)):
         share = min(max((x - stroke + zone) / (0.3 * zone), 0.0), 1.0)
         damped = max(damped, share * share * (3 - 2 * share))
         since += STEP * (damped > 0)
@@ -79,26 +79,26 @@ def motion_curve(rng: np.random.Generator, stroke: float, closing: bool) -> np.n
         stop = omega * omega * (x - rest) + 2 * zeta * omega * v
         v += STEP * ((1 - damped) * push - damped * stop)
         x += STEP * v
-        way[i] = x
-    return way * (stroke / way[-1])
+        curve[i] = x
+    return curve * (stroke / curve[-1])
 
 
-def mean_speed(way: np.ndarray, begin: float, end: float) -> float:
+def mean_speed(curve: np.ndarray, begin: float, end: float) -> float:
     """Return the mean speed, m/s, between two positions in mm."""
-    return (end - begin) / (reached(way, end) - reached(way, begin))
+    return (end - begin) / (reached(curve, end) - reached(curve, begin))
 
 
-def values_of(way: np.ndarray, zone: list[float]) -> dict:
+def values_of(curve: np.ndarray, zone: list[float]) -> dict:
     """Return the quantities of a curve; `crossings` are the times of 0, 1, ... 99 % of stroke."""
-    stroke, top = float(way[-1]), int(np.argmax(way))
-    over = max(float(way[top]) - stroke, 0.0)
-    crossings = [reached(way, stroke * k / 100) for k in range(100)]
+    stroke, top = float(curve[-1]), int(np.argmax(curve))
+    over = max(float(curve[top]) - stroke, 0.0)
+    crossings = [reached(curve, stroke * k / 100) for k in range(100)]
     return {
         "stroke": stroke,
         "over_travel": over,
-        "rebound": max(stroke - float(way[top:].min()), 0.0) if over > 0.01 else 0.0,
+        "rebound": max(stroke - float(curve[top:].min()), 0.0) if over > 0.01 else 0.0,
         "travel_time": crossings[90] - crossings[10],
-        "speed": mean_speed(way, zone[0] * stroke, zone[1] * stroke),
+        "speed": mean_speed(curve, zone[0] * stroke, zone[1] * stroke),
         "crossings": crossings,
     }
 
@@ -131,27 +131,27 @@ def draw_pole(rng: np.random.Generator, phase: str, plan: dict) -> dict:
     for motion, coil, latch in plan["moves"]:
         energised = coil + rng.uniform(0, 1) * plan["spread"] * (not plan["ganged"])
         same = np.random.default_rng(plan["seeds"][motion])  # poles of a type have equal curves
-        way = motion_curve(same, stroke, motion == "closing")
+        curve = motion_curve(same, stroke, motion == "closing")
         first = energised + latch * rng.uniform(0.97, 1.03)
         bounces = draw_bounces(rng) if motion == "closing" else []
         move = {"motion": motion, "energised": energised, "first": first}
-        pole["motions"].append(move | {"way": way, "bounces": bounces})
+        pole["motions"].append(move | {"travel": curve, "bounces": bounces})
     ripple = (rng.uniform(1, 3) * stroke / 180, rng.uniform(3, 8))
     pole["ripple"] = ripple if rng.random() < 0.25 else None
     pole["slack"] = rng.uniform(0.5, 3.0) if rng.random() < 0.15 else 0.0
     return pole
 
 
-def shown_way(pole: dict, move: dict) -> np.ndarray:
+def shown_travel(pole: dict, move: dict) -> np.ndarray:
     """Return the travel as a transducer shows it: with ripple of the linkage and slack."""
-    way, speed = move["way"], np.gradient(move["way"])
+    curve, speed = move["travel"], np.gradient(move["travel"])
     if pole["slack"]:
-        way = way * (1 - np.exp(-((way / (2 * pole["slack"])) ** 2)))
+        curve = curve * (1 - np.exp(-((curve / (2 * pole["slack"])) ** 2)))
     if pole["ripple"]:
         mm, period = pole["ripple"]
-        swing = np.sin(2 * np.pi * np.arange(len(way)) * STEP / period)
-        way = way + mm * swing * np.clip(speed / speed.max(), 0, 1)
-    return way
+        swing = np.sin(2 * np.pi * np.arange(len(curve)) * STEP / period)
+        curve = curve + mm * swing * np.clip(speed / speed.max(), 0, 1)
+    return curve
 
 
 def position(pole: dict, time: np.ndarray, shown: bool) -> np.ndarray:
@@ -159,8 +159,8 @@ def position(pole: dict, time: np.ndarray, shown: bool) -> np.ndarray:
     stroke = pole["stroke"]
     travel = np.full(len(time), 0.0 if pole["motions"][0]["motion"] == "closing" else stroke)
     for move in pole["motions"]:
-        way, since = shown_way(pole, move) if shown else move["way"], time - move["first"]
-        done = np.interp(since, np.arange(len(way)) * STEP, way)
+        curve, since = shown_travel(pole, move) if shown else move["travel"], time - move["first"]
+        done = np.interp(since, np.arange(len(curve)) * STEP, curve)
         moved = done if move["motion"] == "closing" else stroke - done
         travel = np.where(since > 0, moved, travel)
     return travel
@@ -237,10 +237,10 @@ def analyser(rng: np.random.Generator, plan: dict, poles: list[dict], style: dic
     ampere = pick(same, ["DCRM Current CH{} in Amp", "Test Current CH{} (A)"], p=[0.7, 0.3])
     currents = [0.01 * rng.standard_normal(len(time)) for _ in range(6)]
     quiet = pick(rng, [0.0, 0.02, 0.1, 0.5])
-    ways = [quiet * rng.standard_normal(len(time)) for _ in range(6)]
+    travels = [quiet * rng.standard_normal(len(time)) for _ in range(6)]
     channels = []
     for i, pole in enumerate(poles):
-        ways[i] = travel_column(rng, pole, time) + rng.uniform(5, 40) * style["offset"]
+        travels[i] = travel_column(rng, pole, time) + rng.uniform(5, 40) * style["offset"]
         coils, amps = {}, rng.uniform(1, 5)
         for move in pole["motions"]:
             n = (0 if move["motion"] == "closing" else 3) + i * (not plan["ganged"])
@@ -251,7 +251,7 @@ def analyser(rng: np.random.Generator, plan: dict, poles: list[dict], style: dic
         channels.append(channel | {"contacts": [], "kind": "none"})
     columns = [("Time (ms)", time, 4)] * style["timed"]
     columns += [(coil.format(k + 1), x, 3) for k, x in enumerate(currents)]
-    columns += [(travel.format(k + 1), x, style["digits"]) for k, x in enumerate(ways)]
+    columns += [(travel.format(k + 1), x, style["digits"]) for k, x in enumerate(travels)]
     columns.append(("", None, 0))
     above = [[""] * len(columns), [""] * len(columns)]
     wired = channels * (style["wired"] > 0.15)
@@ -363,9 +363,9 @@ def truth_of(path: Path, sheet: dict, style: dict) -> dict:
     for channel in sheet["channels"]:
         pole, motions = channel["pole"], []
         for move in pole["motions"]:
-            way, first = move["way"], move["first"] + sheet["shift"]
+            curve, first = move["travel"], move["first"] + sheet["shift"]
             zone = share_of(style["zones"], move["motion"], pole["stroke"])
-            coil, seen = channel["coils"].get(move["motion"]), shown_way(pole, move)
+            coil, seen = channel["coils"].get(move["motion"]), shown_travel(pole, move)
             truth = {"motion": move["motion"], "first": first, "zone": zone, "coil": coil}
             truth |= {"energised": move["energised"] + sheet["shift"] if coil else None}
             late = reached(seen, 0.3)  # slack hides the start
@@ -375,7 +375,7 @@ def truth_of(path: Path, sheet: dict, style: dict) -> dict:
                 arcing, main = (first + t for t in contact_times(pole, move).values())
                 bounces = [end for _, end in bounces_of(pole, move)]
                 truth |= {"contact": arcing, "main": main, "bounce": max(bounces, default=0.0)}
-            motions.append(truth | values_of(way, zone))
+            motions.append(truth | values_of(curve, zone))
         channels[channel["column"]] = {"motions": motions, "kind": channel["kind"]}
     columns = [name for name, _, _ in sheet["columns"]]
     layout = {key: style[key] for key in ("rate", "zones", "separator", "decimal", "encoding")}

@@ -1,4 +1,4 @@
-"""Records: from any file of an instrument to measured quantities of a motion.
+"""Read records from any file of an instrument, and measure the quantities of a motion.
 
-Useful by itself: it knows no model of a drive and needs no torch.
+This package works without a model of the drive and without torch.
 """

@@ -22,7 +22,7 @@ _UNEVEN = 0.25  # steps, largest deviation of a step from an integer number of s
 _PRINTED = 0.1  # steps, largest deviation of times and readings that are printed with enough digits
 _SPARSE = 10  # largest ratio of places to samples; bounds the memory for missing samples
 _FEW = 0.05  # share that noise explains: of a table's width, of samples beyond, of equal readings
-_SMALL = 10  # quanta, largest step that determines a quantum, from the smallest tenth of the steps
+_SMALL = 10  # largest multiple of the smallest tenth of the differences that determines a quantum
 
 
 def even_times(

@@ -20,7 +20,7 @@ from breaker.records.rejections import NotShownError
 
 _MOTOR = 20.0  # ms, window of the motor's rms, a period of 50 Hz
 _PARTS = 8  # parts of a resistance whose medians show its error, since its ripple is slow
-_FLOWS = 0.2  # share of the largest current above which it flows: an inrush is at most 5 times more
+_FLOWS = 0.2  # share of the largest current that counts as flow: an inrush is at most 5 times it
 
 
 class _Flow(NamedTuple):

@@ -154,7 +154,8 @@ def _find_sign(findings: Findings) -> None:
     findings.settings["sign"] = 1 if (first != "opening") == travel.rises[0] else -1
     findings.sure = bool(stated or shown) and len(seen) == 1
     findings.paired = wiring.paired(findings.settings["sign"])
-    if wiring.contacts and not all("contact_column" in own["closing"] for own in findings.paired):
+    paired = [columns["closing"] for columns in findings.paired]
+    if wiring.contacts and not all("contact_column" in columns for columns in paired):
         columns = map(findings.sheet.column, wiring.contacts)
         lines = " or ".join(f"contact_column: {column}" for column in columns)
         doubt = f"which contact belongs to which travel is not clear; set {lines}"

@@ -238,9 +238,9 @@ def _explained(
     alone = (basis.T @ travel) @ (basis.T @ travel)  # explained by rest and hum
     main, squares, shares = _fitted(shapes[0], travel, basis)
     rises = alone + np.maximum(shares, 0.0) ** 2 / squares
-    creep, own, share = _fitted(shapes[1], travel, basis)
+    creep, norms, share = _fitted(shapes[1], travel, basis)
     both = np.einsum("cst,pst->cps", creep, main)
-    precision = np.maximum(own[:, None] - both**2 / squares, 1e-12)  # of the creep's travel
+    precision = np.maximum(norms[:, None] - both**2 / squares, 1e-12)  # of the creep's travel
     size = (share[:, None] - both * shares / squares) / precision
     off = size - np.clip(size, *np.multiply(_CREEP_TRAVEL, stroke))
     return rises, alone + shares**2 / squares + precision * (size**2 - off**2)

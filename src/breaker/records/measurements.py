@@ -311,8 +311,8 @@ class Reading:
     def _event_level(self) -> Uncertain:
         """Travel at contact touch or separation, mm; at separation the drive may lose speed."""
         if "level" not in self._events:
-            at, opens = self._event("time"), self.located.motion == "opening"
-            level = self.trace.at_corner(at, *_PICKED_UP) if opens else self.trace.at(at)
+            time, opens = self._event("time"), self.located.motion == "opening"
+            level = self.trace.at_corner(time, *_PICKED_UP) if opens else self.trace.at(time)
             self._events["level"] = level
         return self._events["level"]
 
@@ -363,17 +363,17 @@ class Reading:
     def place(self, point: Point) -> tuple[Uncertain, Uncertain]:
         """Return time, ms, and travel of a point, mm, which increases in either motion."""
         if point.later:
-            at = self.place(replace(point, later=0.0))[0] + point.later
-            return at, self.trace.at(at)
+            time = self.place(replace(point, later=0.0))[0] + point.later
+            return time, self.trace.at(time)
         if point.of_event:
-            at = self._event("time")
+            time = self._event("time")
             if point.unit == "ms":
-                at = at + point.amount
-                return at, self.trace.at(at)
+                time = time + point.amount
+                return time, self.trace.at(time)
             level = self._event_level + point.amount
             if point.amount < 0.0:
-                return self.trace.reaches(level, before=at.value), level
-            return (self.trace.reaches(level, at.value) if point.amount else at), level
+                return self.trace.reaches(level, before=time.value), level
+            return (self.trace.reaches(level, time.value) if point.amount else time), level
         if point.unit == "mm":
             level = (self.after if point.amount < 0.0 else self.before) + point.amount
         elif point.amount == 0.0:

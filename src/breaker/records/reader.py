@@ -39,7 +39,7 @@ from breaker.records.sheet import Columns
 from breaker.records.words import MOTION_OF
 
 _MANY = 100  # number of records from which progress is shown: they take more than a second
-_SAME_STROKE, _ROUNDED = 0.02, 0.5  # largest difference of strokes, share and mm; less than a ratio
+_SAME_STROKE, _ROUNDED = 0.02, 0.5  # tolerance of stated strokes, share and mm; ratios exceed it
 
 
 class _Samples(NamedTuple):
@@ -49,7 +49,7 @@ class _Samples(NamedTuple):
     settings: Mapping
     time: np.ndarray
     place: np.ndarray  # place of each row of the columns among the times
-    whole: np.ndarray
+    travel: np.ndarray
     doubts: np.ndarray
     quantum: float
     remarks: tuple[str, ...]
@@ -138,16 +138,16 @@ class Reader:
         place = operation.channel, operation.line
         columns = read_columns(self.files[operation.file], settings, *place)
         time, place, uneven = even_times(columns.time, columns.lines, settings)
-        whole = np.full(time.size, np.nan)
-        whole[place] = scale.travel(columns.travel)
-        if (count := int(np.isfinite(whole).sum())) < 2:
+        travel = np.full(time.size, np.nan)
+        travel[place] = scale.travel(columns.travel)
+        if (count := int(np.isfinite(travel).sum())) < 2:
             raise UnusableError(f"has {count} samples")
         given = settings["quantum"]
-        quantum = seen_quantum(whole) if given is None else given
-        doubts = doubtful_samples(whole, float(time[-1] - time[0]) / (time.size - 1), quantum)
+        quantum = seen_quantum(travel) if given is None else given
+        doubts = doubtful_samples(travel, float(time[-1] - time[0]) / (time.size - 1), quantum)
         if not doubts.astype(bool).any():  # saves memory: there may be ten thousand records
             doubts = np.broadcast_to(doubts[:1], doubts.shape)
-        samples = columns, settings, time, place, whole, doubts, quantum
+        samples = columns, settings, time, place, travel, doubts, quantum
         self._last = key, _Samples(*samples, (*columns.remarks, uneven))
         return self._last[1]
 
@@ -194,14 +194,14 @@ def _locate(
     """Return the record of a motion in samples; raise UnusableError if it cannot be used."""
     warning = _contradiction(operation, samples, motion, header)
     time, settings, columns = samples.time, samples.settings, samples.columns
-    sure = np.where(samples.doubts == "", samples.whole, np.nan)
+    sure = np.where(samples.doubts == "", samples.travel, np.nan)
     segment = find_segment(time, sure, motion, begin=operation.begin, end=operation.end)
     check_slips(time, sure, samples.doubts, segment)
     check_stroke(segment.stroke, settings)
     rest = rest_of_open(segment, settings, motion)
     inside = slice(segment.begin, segment.end)
     moves = first_motion(time[inside], sure[inside], motion)
-    located = motion, time, samples.whole, samples.doubts, samples.quantum, segment, *moves
+    located = motion, time, samples.travel, samples.doubts, samples.quantum, segment, *moves
     others = {kind: np.full(time.size, np.nan) for kind in columns.paired}
     for kind, values in columns.paired.items():
         others[kind][samples.place] = values

@@ -1,1 +1,1 @@
-"""The formats of curve files, each a module: see ``registry``."""
+"""Formats of curve files, one module each; see ``registry``."""

@@ -30,24 +30,24 @@ def read(opened: Opened, form: Mapping) -> list[Sheet]:
     if file.suffix.lower() == ".dat":
         reason = f"is the data of a COMTRADE record: name {_part(file, '.cfg').name}"
         raise RejectedCurveError(file, f"{reason}, copy both files, or name another text .csv")
-    head, source = opened.content, opened.once("data", lambda: _part(file, ".dat"))
+    content, source = opened.content, opened.once("data", lambda: _part(file, ".dat"))
     data = opened.companion(source)
-    check_lines(opened.file, head)
-    encoding = form.get("encoding", encoding_of(head))
-    about = _Description(opened.file, head.decode(encoding, "replace").removeprefix("\ufeff"))
-    samples_of = _in_text if about.kind == "ASCII" else _in_bytes
-    stamps, *columns = samples_of(about, data, source)
-    if stamps.size == 0 or stamps.size != about.rates[-1][1]:
+    check_lines(opened.file, content)
+    encoding = form.get("encoding", encoding_of(content))
+    head = _Description(opened.file, content.decode(encoding, "replace").removeprefix("\ufeff"))
+    samples_of = _in_text if head.kind == "ASCII" else _in_bytes
+    stamps, *columns = samples_of(head, data, source)
+    if stamps.size == 0 or stamps.size != head.rates[-1][1]:
         reason = f"states another number of samples than {stamps.size}, which its data have"
         raise RejectedCurveError(opened.file, f"{reason}; copy both again")
-    for place, (factor, offset) in enumerate(about.scales):
+    for place, (factor, offset) in enumerate(head.scales):
         columns[place] = factor * columns[place] + offset
     unit = form.get("time_unit", FORMAT["time_unit"])
-    columns.append(_times(opened.file, about, stamps) * TO_MS["s"] / TO_MS[unit])
-    names, units = [*about.names, "time"], [*about.units, unit]
+    columns.append(_times(opened.file, head, stamps) * TO_MS["s"] / TO_MS[unit])
+    names, units = [*head.names, "time"], [*head.units, unit]
     settings = {} if encoding == "utf-8" else {"encoding": encoding}
     clock = len(columns) - 1
-    return [Sheet(opened.file, names, columns, units, about.stated, settings, clock)]
+    return [Sheet(opened.file, names, columns, units, head.stated, settings, clock)]
 
 
 def _part(file: Path, ending: str) -> Path:
@@ -97,28 +97,28 @@ class _Description:
         self.stamp = (factor or 1.0) * unit
 
 
-def _in_bytes(about: _Description, data: bytes, source: str | Path) -> list[np.ndarray]:
+def _in_bytes(head: _Description, data: bytes, source: str | Path) -> list[np.ndarray]:
     """Return stamps and samples of each channel from binary data, ``(t,)``, NaN where missing."""
-    analog = len(about.scales)
-    status = len(about.names) - analog
+    analog = len(head.scales)
+    status = len(head.names) - analog
     words = -(-status // 16)  # a bit for each status channel
-    of_analog, of_status = ("x", _TYPES[about.kind], (analog,)), ("s", "<u2", (words,))
+    of_analog, of_status = ("x", _TYPES[head.kind], (analog,)), ("s", "<u2", (words,))
     row = np.dtype([("n", "<u4"), ("t", "<u4"), of_analog, of_status])
     check_size(source, len(data) // row.itemsize, 1 + analog + words)
     rows = np.frombuffer(data, row, len(data) // row.itemsize)
     bits = np.ascontiguousarray(rows["s"]).view("u1")
     states = np.unpackbits(bits, axis=1, count=status, bitorder="little").T
     stamps = np.where(rows["t"] == np.iinfo("<u4").max, np.nan, rows["t"])
-    missing = (np.finfo if about.kind == "FLOAT32" else np.iinfo)(rows["x"].dtype).min
+    missing = (np.finfo if head.kind == "FLOAT32" else np.iinfo)(rows["x"].dtype).min
     samples = np.where(rows["x"] == missing, np.nan, rows["x"].astype(float))
     return [stamps, *samples.T, *states]
 
 
-def _in_text(about: _Description, data: bytes, source: str | Path) -> list[np.ndarray]:
+def _in_text(head: _Description, data: bytes, source: str | Path) -> list[np.ndarray]:
     """Return stamps and samples of each channel from ASCII data, ``(t,)``, NaN where missing."""
     check_lines(source, data)
     text = data.decode("latin-1").replace("\r", "").replace("\x1a", "")
-    lines, width = text.strip().split("\n"), 2 + len(about.names)
+    lines, width = text.strip().split("\n"), 2 + len(head.names)
     check_size(source, len(lines), width)
     cells = columns_of_alike(lines, width, ",") or []
     columns = [strict_numbers(column, ".") for column in cells]
@@ -127,16 +127,16 @@ def _in_text(about: _Description, data: bytes, source: str | Path) -> list[np.nd
         reason = f"has a line without {width} numbers: of the sample, its time, and its channels"
         line = min(wrong, default=None)
         raise RejectedCurveError(source, f"{reason}; copy it again", line=line)
-    missing = np.nan if about.old else _NO_SAMPLE
+    missing = np.nan if head.old else _NO_SAMPLE
     return [np.where(numbers == missing, np.nan, numbers) for numbers, _ in columns[1:]]
 
 
-def _times(file: str | Path, about: _Description, stamps: np.ndarray) -> np.ndarray:
+def _times(file: str | Path, head: _Description, stamps: np.ndarray) -> np.ndarray:
     """Return times, s, ``(t,)``, by the stated rates, or by the stamps without a rate."""
-    rates, ends = zip(*about.rates, strict=True)
+    rates, ends = zip(*head.rates, strict=True)
     steps = [1.0 / rate if rate else np.nan for rate in rates]
     time = np.append(0.0, np.cumsum(np.repeat(steps, np.diff(ends, prepend=0))[1:]))
-    stamps = about.stamp * stamps
+    stamps = head.stamp * stamps
     if np.isnan(time).any():
         return stamps
     if time.size == 1 or np.isnan(stamps).any() or stamps[-1] <= stamps[0]:

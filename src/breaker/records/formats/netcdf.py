@@ -16,7 +16,7 @@ from breaker.records.sheet import Sheet
 
 _HDF5 = b"\x89HDF\r\n\x1a\n"  # first bytes of version 4
 _MISSING = ("_FillValue", "missing_value")
-_ABOUT = ("units", "scale_factor", "add_offset", *_MISSING)
+_NOTES = ("units", "scale_factor", "add_offset", *_MISSING)
 _NO_VARIABLE = "This is a netCDF dimension but not a netCDF variable"
 _Variable = tuple[Sequence[str], Mapping, "np.ndarray"]  # dimensions, attributes and values
 
@@ -30,10 +30,10 @@ def read(opened: Opened, form: Mapping) -> list[Sheet]:
     else:
         attributes, variables = _in_version_3(opened)
     by_dimension: dict = {}
-    for name, (dimensions, about, values) in variables.items():
+    for name, (dimensions, notes, values) in variables.items():
         long = [pair for pair in zip(dimensions, values.shape, strict=True) if pair[1] > 1]
         if len(long) == 1:
-            by_dimension.setdefault(long[0], {})[name] = about, values.reshape(-1)
+            by_dimension.setdefault(long[0], {})[name] = notes, values.reshape(-1)
     if not by_dimension:
         reason = "has no variable of numbers along one dimension outside of groups"
         raise RejectedCurveError(opened.file, f"{reason}; export one")
@@ -43,7 +43,7 @@ def read(opened: Opened, form: Mapping) -> list[Sheet]:
         check_size(opened.file, size, len(stored))
         names, columns = list(stored), [_readings(*variable) for variable in stored.values()]
         # The reference date of times is not a part of their unit.
-        units = [_text(about.get("units", "")).split(" since ")[0] for about, _ in stored.values()]
+        units = [_text(notes.get("units", "")).split(" since ")[0] for notes, _ in stored.values()]
         timed = along in names and form.get("time_column", "") is not None
         clock = names.index(along) if timed else None
         sheets.append(Sheet(opened.file, names, columns, units, stated, clock=clock))
@@ -57,12 +57,12 @@ def _text(value: object) -> str:
     return value.decode("utf-8", "replace") if isinstance(value, bytes) else str(value)
 
 
-def _readings(about: Mapping, stored: np.ndarray) -> np.ndarray:
+def _readings(notes: Mapping, stored: np.ndarray) -> np.ndarray:
     """Return values ``(t,)`` by the CF conventions: NaN where missing, with factor and offset."""
-    factor, offset = about.get("scale_factor", 1.0), about.get("add_offset", 0.0)
+    factor, offset = notes.get("scale_factor", 1.0), notes.get("add_offset", 0.0)
     values = stored * np.float64(np.ravel(factor)[0]) + np.float64(np.ravel(offset)[0])
-    for name in about.keys() & _MISSING:
-        values[np.isin(stored, about[name])] = np.nan
+    for name in notes.keys() & _MISSING:
+        values[np.isin(stored, notes[name])] = np.nan
     return values
 
 
@@ -105,6 +105,6 @@ def _in_hdf5(opened: Opened) -> tuple[Mapping, dict[str, _Variable]]:
             scales = [scale[0].name.removeprefix("/") if len(scale) else "" for scale in array.dims]
             pairs = zip(scales, array.shape, strict=True)
             along = [name] if array.is_scale else [scale or str(length) for scale, length in pairs]
-            about = {key: array.attrs[key] for key in _ABOUT if key in array.attrs}
-            variables[name] = along, about, array[()]
+            notes = {key: array.attrs[key] for key in _NOTES if key in array.attrs}
+            variables[name] = along, notes, array[()]
         return dict(file.attrs), variables

@@ -187,7 +187,7 @@ def _ending(file: str | Path) -> str:
 
 
 def _sheets(opened: Opened, form: Mapping) -> Sequence[Sheet]:
-    """Return the sheets of a file; turn any error of a binary format into a rejection."""
+    """Return the sheets of a file; turn any error of a format other than text into a rejection."""
     format_, file = format_of(opened), opened.file
     kinds = TEXT.endings if format_ is LINES else format_.endings
     kind = kinds.get(_ending(file)) or next(iter(kinds.values()), "")
