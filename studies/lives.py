@@ -89,7 +89,7 @@ def simulate(name: str, number: int) -> tuple[Life, Series, pd.DataFrame, np.ran
 def limits_of(
     truth: pd.DataFrame, series: Series, life: Life, rng: np.random.Generator
 ) -> dict[Limit, float]:
-    """Choose limits that the drive reaches, one of each kind, and return when it does."""
+    """Choose limits that the drive reaches, one of each kind, and return the operations."""
     fails = life.reached(rng.uniform(*FAILS))
     operations, limits = np.arange(0.0, LONGER * life.length), {}
     dense = {n: np.interp(operations, truth.index, truth[n]) for n in truth.columns}

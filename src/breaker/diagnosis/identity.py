@@ -60,8 +60,8 @@ def days_of(records: Iterable[DriveRecord]) -> str:
 def order_doubts(inspections: Inspections) -> list[Sentence]:
     """Return a warning if the inspection "before" is later than "today"."""
     before, today = (
-        sorted(e.operation.date for e in some if e.operation.date and not e.reason)
-        for some in inspections.values()
+        sorted(e.operation.date for e in records if e.operation.date and not e.reason)
+        for records in inspections.values()
     )
     if not (before and today and earlier(before[0], today[-1])):
         return []
@@ -119,8 +119,8 @@ def stated_differences(inspections: Inspections) -> list[Sentence]:
     differences = []
     for name, key in {"linkage ratio": "ratio", "serial number": "serial", "bay": "bay"}.items():
         before, today = (
-            {value for e in some if (value := getattr(e.stated, key))}
-            for some in inspections.values()
+            {value for e in records if (value := getattr(e.stated, key))}
+            for records in inspections.values()
         )
         if len(before) == len(today) == 1 and {*map(bare, before)} != {*map(bare, today)}:
             (was,), (now,) = before, today

@@ -163,8 +163,8 @@ def _effects(estimate: Estimate) -> dict[str, Value]:
     """Return probability and size of the additional effects of the family."""
     values = {}
     for name, draws in (estimate.draws.effects if estimate.draws else {}).items():
-        about = {"unit": "ms" if name == "build_up" else "1", "meaning": EFFECTS[name]}
-        values[name] = about | _known(draws) | {"probability": np.mean(draws != 0.0)}
+        entry = {"unit": "ms" if name == "build_up" else "1", "meaning": EFFECTS[name]}
+        values[name] = entry | _known(draws) | {"probability": np.mean(draws != 0.0)}
     return values
 
 

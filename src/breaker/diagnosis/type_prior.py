@@ -104,8 +104,8 @@ def list_type(
             present = [motion for motion in motions if Path(folder, motion).is_dir()]
             new = [(motion, e) for motion in present for e in list_operations(folder, motion)]
         if not new:
-            about = {"folder": name, "motions": " or ".join(motions)}
-            raise FileNotFoundError(say("type-no-operation", **about))
+            words = {"folder": name, "motions": " or ".join(motions)}
+            raise FileNotFoundError(say("type-no-operation", **words))
         for motion, row in new:
             number, breaker = last + row.number, row.breaker or name
             rows.append((motion, replace(row, number=number, breaker=breaker)))

@@ -40,18 +40,18 @@ def infer_operations(
     reasons = curves.reason.values.astype(object)
     accepted = np.flatnonzero(curves.accepted.values)
     for i in tqdm(accepted, desc=f"inferring {motion}", mininterval=5, unit="operation"):
-        one = curves.isel(operation=i)
-        step = 1.0 / float(one.rate)
-        if (shape := shape_of(sign * one.record.values, step)) is None:
-            reasons[i] = f"{one.file.item()}: shows no motion from one rest to another"
+        row = curves.isel(operation=i)
+        step = 1.0 / float(row.rate)
+        if (shape := shape_of(sign * row.record.values, step)) is None:
+            reasons[i] = f"{row.file.item()}: shows no motion from one rest to another"
             continue
-        seen = network_record(shape, float(one.record_noise), float(one.record_colour), step)
+        seen = network_record(shape, float(row.record_noise), float(row.record_colour), step)
         network, ((_, match),), fits = choose_family(
             families, lambda net, seen=seen: [(motion, net.match(motion, seen))], misfit_p_value
         )
         p_value[i], names[i] = match.p_value, network.settings["family"]
         if fits:
-            rng = generator(seed, "levels of operations", motion, int(one.operation))
+            rng = generator(seed, "levels of operations", motion, int(row.operation))
             values[i] = network.draw({motion: seen}, draws, rng).theta
     units = [parameter.unit for parameter in PARAMETERS]
     return (

@@ -219,7 +219,7 @@ class ChangeRows(BankRows):
                 both = after.there
                 sizes = (*curves, stroke[1] / stroke[0], unit[0] / unit[1])
                 size = _sizes(*(values[both] for values in sizes))
-                after.way[both] += _odd(size, self.odd, rng)
+                after.way[both] += _smooth(size, self.odd, rng)
             there = seen.present & after.present
             change = without_onset(seen.way, after.way, there)
             noises = np.hypot(seen.noise, after.noise)
@@ -236,7 +236,7 @@ class ChangeRows(BankRows):
         return references, changes, np.hstack([logs, np.array(moved).T, worn])
 
 
-def _odd(size: np.ndarray, share: tuple[float, float], rng: np.random.Generator) -> np.ndarray:
+def _smooth(size: np.ndarray, share: tuple[float, float], rng: np.random.Generator) -> np.ndarray:
     """Return smooth random curves ``(n, g)`` of sizes that are shares of ``size (n,)``."""
     size = size * np.exp(rng.uniform(*np.log(share), len(size)))
     rate, phase = rng.uniform(0.0, 1.0, (2, len(size), _TERMS, 1))

@@ -161,7 +161,7 @@ def _states(verdicts: Iterable[Verdict]) -> Iterator[LimitState]:
 
 def _followed(drive: Drive, used: Sequence[Estimate], diagnosis: Diagnosis) -> list[LimitState]:
     """Return the states of limits at the end of a life; estimates give the length of motions."""
-    config, rows = diagnosis.config, [row for some in drive.inspections for row in some]
+    config, rows = diagnosis.config, [row for own in drive.inspections for row in own]
     longer = np.median([estimate.record.shape.duration for estimate in used])
     longer /= np.exp(used[0].levels.usual[1, 0])
     times = longer * grid(**{key: config["sensor"][key] for key in ("start", "stop", "samples")})

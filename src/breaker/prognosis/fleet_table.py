@@ -109,12 +109,12 @@ def differences_from_type(measured: pd.DataFrame) -> pd.DataFrame:
     for _, of_type in measured.groupby("type") if len(measured) else ():
         counts = of_type.groupby("quantity").size()
         for name in counts.index[counts > 2]:
-            some = of_type[of_type.quantity == name].rename(columns={"quantity": "most_different"})
+            rows = of_type[of_type.quantity == name].rename(columns={"quantity": "most_different"})
             false = _FALSE / len(counts)
-            usual, p = outliers(some.value.to_numpy(), some.sd.to_numpy(), false)
-            middle = some.value[usual].median()
-            some = some.assign(p_value=p * len(counts), differs=p < false, type_median=middle)
-            texts.append(some.assign(difference=100.0 * (some.value / middle - 1.0)))
+            usual, p = outliers(rows.value.to_numpy(), rows.sd.to_numpy(), false)
+            middle = rows.value[usual].median()
+            rows = rows.assign(p_value=p * len(counts), differs=p < false, type_median=middle)
+            texts.append(rows.assign(difference=100.0 * (rows.value / middle - 1.0)))
     columns = ["most_different", "value", "unit", "type_median", "difference", "p_value", "differs"]
     if not texts:
         return pd.DataFrame(columns=columns)

@@ -47,8 +47,8 @@ def follow(
     followed = dict.fromkeys((limit.motion, name) for limit in read for name in limit.quantities)
     done = events_of(events, endurance["events"])
     series = series_of(records, followed, done, conditions)
-    about = {"seed": settings["seed"], "misfit_p_value": endurance["misfit_p_value"]}
-    readout = Readout.of(series, shipped_networks(), draws=trend["draws"], **about)
+    options = {"seed": settings["seed"], "misfit_p_value": endurance["misfit_p_value"]}
+    readout = Readout.of(series, shipped_networks(), draws=trend["draws"], **options)
     path = Follower(series, readout.coordinates.blocks(series), trend["threshold"]).path()
     life = forecast_of(readout, path, limits, Future(trend["horizon"]))
     numbers = series.operations

@@ -80,7 +80,7 @@ class Readout:
         return replace(self, change=change, variance=variance)
 
     def curves(
-        self, some: slice = slice(None), motions: Sequence[str] = ()
+        self, part: slice = slice(None), motions: Sequence[str] = ()
     ) -> tuple[dict[str, NormalisedRecords], dict[str, NormalisedRecords]]:
         """Return new curves and their changes in some conditions, for networks, by motion: of all
         motions, or of ``motions``.
@@ -88,9 +88,9 @@ class Readout:
         new, changed = {}, {}
         for motion in motions or self.coordinates.curves:
             curve, place = self.coordinates.curves[motion], self.coordinates.places[motion]
-            change, records = self.change[some, place], self.series.motions[motion]
+            change, records = self.change[part, place], self.series.motions[motion]
             new[motion] = records.seen(np.tile(curve.mean, (len(change), 1)), curve.noise)
-            noise = np.hypot(curve.input_noise(self.variance[some, place]), 1e-5)
+            noise = np.hypot(curve.input_noise(self.variance[part, place]), 1e-5)
             changed[motion] = records.seen(change @ curve.back @ curve.basis, noise)
         return new, changed
 
@@ -101,12 +101,12 @@ class Readout:
         """
         theta_drawn = np.full((len(self.change), self.draws, len(NAMES)), np.nan)
         for begin in range(0, len(theta_drawn) if self.network else 0, _BLOCK):
-            some = slice(begin, begin + _BLOCK)
+            part = slice(begin, begin + _BLOCK)
             rng = np.random.default_rng(self.seed)
-            seen = self.curves(some, motions)
+            seen = self.curves(part, motions)
             logs, _ = self.network.draw(*seen, self.draws, rng, effects=False)
             plausible = plausible_wear(logs)[:, None, None]
-            theta_drawn[some] = np.where(plausible, 100.0 * np.expm1(logs), np.nan)
+            theta_drawn[part] = np.where(plausible, 100.0 * np.expm1(logs), np.nan)
         return theta_drawn
 
     @cached_property

@@ -39,7 +39,7 @@ def events_of(texts: Mapping[int, str], more: Mapping[str, Sequence[str]]) -> di
     events = {}
     for number, text in texts.items():
         if unknown := [word for word in event_words(text) if word not in known]:
-            raise ValueError(f"endurance.events has no {', '.join(unknown)}; add what starts anew")
+            raise ValueError(f"endurance.events has no {', '.join(unknown)}; add the renewed parts")
         if renewed := {name for word in event_words(text) for name in known[word]}:
             events[number] = renewed != {"transducer"}
     return events
