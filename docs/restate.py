@@ -47,7 +47,7 @@ def _rows(table: str, **values: str) -> list[dict[str, str]]:
 
 
 def from_tables() -> dict[str, str]:
-    """Return the numbers of the README that are in tables of the studies, as they are written."""
+    """Return the numbers of the README from tables of the studies, as texts."""
 
     def percent(row: Mapping[str, str], column: str) -> str:
         return f"{100 * float(row[column]):.0f}"

@@ -41,4 +41,4 @@ if params.stated:
         log.warning("%s is %s here, %s in docs", name, collected.get(name), stated.get(name))
     log.info("%d of them differ from docs/numbers.csv", len(others))
     if others:
-        log.warning("`make numbers` writes those of this run into README.md and docs/")
+        log.warning("`make numbers` writes the numbers of this run into README.md and docs/")

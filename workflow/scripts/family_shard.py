@@ -13,8 +13,6 @@ params = snakemake.params
 rng = generator(params.seed, "family", params.part)
 family = Family(Prior.from_settings(params.prior), params.family)
 bank = simulate_family(family, params.drives, rng)
-log.info(
-    "%d drives; %d drawn again, of which a curve has no shape", bank.drive.size, bank.drawn_again
-)
+log.info("%d drives; %d drawn again, as a curve has no shape", bank.drive.size, bank.drawn_again)
 bank = describe(bank, "drives of the family", prior=params.prior, family=params.family)
 save(bank.assign_attrs(seed=params.seed, part=params.part), snakemake.output[0])

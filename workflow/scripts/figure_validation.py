@@ -33,8 +33,8 @@ about = f"{SOURCES[wildcards.get('source') or wildcards.motion]}: {snakemake.par
 def draw_contraction(scale: dict, file: str) -> None:
     """Draw z-scores against contraction, with its limit if known."""
     wide = with_width(data)
-    if alike := data.sizes["curve"] - wide.sizes["curve"]:
-        log.warning("%d curves are left out, whose draws are all the same", alike)
+    if left_out := data.sizes["curve"] - wide.sizes["curve"]:
+        log.warning("%d curves are left out, because their draws are all equal", left_out)
     both = scores(wide.draws.values, wide.truth.values, **scale)
     limit = files.get("limit")  # unknown for a family and for the user's simulator
     limit = open_store(limit).contraction.mean("curve").values if limit else None

@@ -30,7 +30,7 @@ def run(options: argparse.Namespace) -> int:
     check_outputs([(options.output, "report")])
     config = inputs.settings_of(options.config)
     limits = inputs.limits_of(config, options.config)
-    # Imported here, so that --help and wrong options answer at once.
+    # Imported here, so that --help and errors of options appear at once.
     from breaker.diagnosis.inspection import read_inspection
     from breaker.diagnosis.report import report_of
 
@@ -45,7 +45,7 @@ def run(options: argparse.Namespace) -> int:
         same_transducer=options.same_transducer,
     )
     report = report_of(diagnosis)
-    # Imported here, so that errors of the records are said first.
+    # Imported here, so that errors of the records appear first.
     from breaker.figures.reports import report_page
 
     write(options.output, report_page(report).encode("utf-8"))

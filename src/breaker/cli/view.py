@@ -35,25 +35,25 @@ def run(options: argparse.Namespace) -> int:
         raise ValueError(f'the page needs tornado: pip install "{DISTRIBUTION}[app]"')
     if options.example and options.folder:
         raise ValueError("--example shows exports of its own; leave it out, or the folder")
-    config = settings_of(options.config)  # what is wrong there is said before a page opens
-    gc.enable()  # commands do without, as they end soon
+    config = settings_of(options.config)  # raises errors before a page opens
+    gc.enable()  # other commands end too soon to need it
     import asyncio
 
     from breaker.family.exports import write_inspections
     from breaker.page.server import PageServer
     from breaker.page.session import Session
 
-    with tempfile.TemporaryDirectory(prefix="breaker-view-") as own:
+    with tempfile.TemporaryDirectory(prefix="breaker-view-") as temporary:
         named = options.folder or "."
         if options.example:
-            named = own
+            named = temporary
             write_inspections(config, Path(named))
         session = Session(named, config, limits_of(config, options.config))
         server = PageServer(session, options.port)
 
         def ready() -> None:
             say(f"the page is at {server.address}\nCtrl-C ends it")
-            sys.stdout.flush()  # a pipe or a file is told the address now, not at the end
+            sys.stdout.flush()  # a pipe or a file gets the address now, not at the end
             if not options.no_browser:
                 with suppress(OSError, webbrowser.Error):
                     webbrowser.open(server.address)

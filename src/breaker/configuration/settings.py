@@ -119,7 +119,7 @@ Network = _section(
     "Summary and inference network of both motions.",
     summary=_section(
         "Network from a record to features: convolutions, GRU, skip GRU and a linear highway.",
-        kind=_f(Summary, "time_series", "time_series, or module:function for one of your own."),
+        kind=_f(Summary, "time_series", "time_series, or module:function of your own network."),
         features=_f(int, 64, "Features passed to the inference network.", 1, 1024),
         components=_f(int, 24, "Linear components of the highway.", 1, 1024),
         channels=_f(Sizes, [16], "Output channels of the convolutions, one entry a layer."),
@@ -152,17 +152,17 @@ Training = _section(
     "Training of the networks of both motions.",
     steps=_f(int, 2300, "Optimiser steps.", 1, 10_000_000),
     batch=_f(int, 1024, "Curves in a step.", 1, 50_000),
-    optimiser=_f(Optimiser, "muon_edges", "Of hidden matrices; muon_edges: of all matrices."),
+    optimiser=_f(Optimiser, "muon_edges", "Muon for hidden or (muon_edges) all matrices."),
     learning_rate=_f(float, 0.003, "Highest learning rate.", high=1, gt=0),
     evaluate_every=_f(int, 100, "Steps between two evaluations.", 1, 10_000_000),
     checkpoint_every=_f(int, 1000, "Steps between two checkpoints.", 1, 10_000_000),
     validation_curves=_f(int, 1024, "Curves that choose the best weights.", 1, 1_000_000),
-    held_out_curves=_f(int, 200, "Curves that judge the density at the end.", 1, 1_000_000),
-    threads=_f(int, 1, "CPU threads, of each training.", 1, 1024),
+    held_out_curves=_f(int, 200, "Curves for the final log density.", 1, 1_000_000),
+    threads=_f(int, 1, "CPU threads of each training.", 1, 1024),
     device=_f(Literal["auto", "cpu", "cuda"], "auto", "Device; auto is CUDA if available."),
 )
 
-OfMotion = _section("What differs for one motion.", network=Network, training=Training)
+OfMotion = _section("Differences for one motion.", network=Network, training=Training)
 
 Limit = _section(
     "A limit: a name, `upper` or `lower`, usually a motion; or quantity, reference, tolerance.",
@@ -187,10 +187,10 @@ _LIMITS = [
 
 Settings = _section(
     "The settings of the workflow and of the command `breaker`.",
-    seed=_f(int, 1, "Seed of all random numbers but those of the validation.", 0, 2**32 - 1),
+    seed=_f(int, 1, "Seed of all random numbers except in the validation.", 0, 2**32 - 1),
     motions=_f(Motions, ["closing", "opening"], "Motions to work on: closing, opening or both."),
     model=_section(
-        "Functions of your own in place of the simulator or the prior.",
+        "Your own functions that replace the simulator or the prior.",
         simulator=_f(Function | None, None, "module:function of a simulator; null: paper's drive."),
         prior=_f(
             Function | None, None, "module:function; the family still uses the section prior."
@@ -226,7 +226,7 @@ Settings = _section(
         curves=_f(Text | None, None, "Folder of the curve files; null is the simulated test."),
         breaker=_f(Text | None, None, "Breaker to use, if operations.csv has several; null: all."),
         phase=_f(Text | None, None, "Phase to use, if there are several."),
-        events=_f(Events, {}, "More events, each with what it renews, as in {oil: [gamma_a]}."),
+        events=_f(Events, {}, "More events and their renewed parameters: {oil: [gamma_a]}."),
         operations_per_job=_f(int, 1000, "Operations read and inferred by one job.", 1, 100_000),
         draws=_f(int, 500, "Posterior draws of each operation.", 10, 25_000),
         misfit_p_value=_f(float, 1e-3, "p-value below which a record is flagged.", gt=0, lt=1),
@@ -240,9 +240,9 @@ Settings = _section(
             rate=_f(float | None, None, "kHz, sampling rate, without a time column.", 0.95, 1000),
             travel_column=_f(Column, "travel", "Name or number of the travel column."),
             travel_unit=_f(Unit, "mm", "Unit of the travel; all but lengths need ratio or table."),
-            ratio=_f(float | None, None, "mm per travel_unit, as of a lever.", 1e-6, 1e6),
+            ratio=_f(float | None, None, "mm per travel_unit, such as of a lever.", 1e-6, 1e6),
             table=_f(Text | None, None, "CSV file of two columns, reading in travel_unit and mm."),
-            zero=_f(Amount | Literal["rest"], 0.0, "Reading when open; rest: that of each record."),
+            zero=_f(Amount | Literal["rest"], 0.0, "Reading when open; rest: from each record."),
             sign=_f(Literal[1, -1], 1, "1 if the reading grows towards closed, -1 if it falls."),
             quantum=_f(float | None, None, "mm, step of the reading; null finds it.", 0, 10),
             stroke=_f(Stroke | None, None, "mm, least and largest stroke; null: of any breaker."),
@@ -259,17 +259,17 @@ Settings = _section(
     by_motion=_f(
         dict[Motion, OfMotion],
         {"opening": {"training": {"steps": 2850}}},
-        "What differs for one motion: the sharper posterior of an opening takes more steps.",
+        "Differences for one motion: the narrower posterior of an opening needs more steps.",
     ),
     bank=_section(
         "Training bank of each motion: curves without noise, one Zarr store and one job a shard.",
-        shards=_f(int, 4, "Zarr stores; more of them simulate only the new ones.", 1, 1000),
+        shards=_f(int, 4, "Zarr stores; raising it simulates only new ones.", 1, 1000),
         curves_per_shard=_f(int, 65_536, "Curves in each shard.", 1, 10_000_000),
-        online=_f(bool, False, "Whether each batch is simulated anew; the bank then only judges."),
+        online=_f(bool, False, "Whether to simulate each batch; the bank then only validates."),
     ),
     family=_section(
         "Family of drives with effects that the model lacks, and the networks trained on it.",
-        name=_f(Text, "medium_voltage", "medium_voltage, any, or a YAML file of your own."),
+        name=_f(Text, "medium_voltage", "medium_voltage, any, or your own YAML file."),
         drives=_f(int, 200_000, "Drives in the bank, new and worn, in both motions.", 1, 10**7),
         shards=_f(int, 10, "Zarr stores of the bank, one job each.", 1, 1000),
         network=_section(
@@ -281,23 +281,23 @@ Settings = _section(
             head=_f(int, 48, "Width of the network of an output.", 1, 4096),
         ),
         training=_section(
-            "Training of the networks of a family; threads and device are those of `training`.",
+            "Training of the networks of a family, with threads and device of `training`.",
             steps=_f(int, 14_000, "Optimiser steps.", 1, 10_000_000),
             batch=_f(int, 1024, "Drives in a step.", 1, 50_000),
             evaluate_every=_f(int, 500, "Steps between two evaluations.", 1, 10_000_000),
             checkpoint_every=_f(int, 1000, "Steps between two checkpoints.", 1, 10_000_000),
             validation_curves=_f(int, 2000, "Drives that choose the best weights.", 1, 1_000_000),
-            held_out_curves=_f(int, 5000, "Drives that judge, and test membership.", 1, 1_000_000),
-            workers=_f(int, 0, "Processes that make batches; no weight depends on them.", 0, 1024),
+            held_out_curves=_f(int, 5000, "Drives for checks and membership tests.", 1, 1_000_000),
+            workers=_f(int, 0, "Processes for batches; no effect on weights.", 0, 1024),
         ),
     ),
     validation=_section(
-        "Curves that no training has seen, and the checks of the posterior on them.",
+        "Checks of the posterior on curves that are not used in a training.",
         curves=_f(int, 1000, "Validation curves of a motion.", 10, 100_000),
         draws=_f(int, 500, "Posterior draws of each curve.", 10, 100_000),
-        seed=_f(int, 11, "Seed of these; a second validation has the next one.", 0, 2**32 - 2),
-        posterior=_f(Posterior, "amortised", "Of figures: amortised (by network) or corrected."),
-        judged_curves=_f(int, 1000, "Curves on which both are compared.", 10, 100_000),
+        seed=_f(int, 11, "Seed; a second validation uses the next one.", 0, 2**32 - 2),
+        posterior=_f(Posterior, "amortised", "In figures: amortised (network) or corrected."),
+        judged_curves=_f(int, 1000, "Curves compared with the exact posterior.", 10, 100_000),
         prior_curves=_f(int, 2000, "Curves of the prior predictive figure.", 20, 50_000),
         limit_curves=_f(int, 1000, "Prior draws of the exact limit of contraction.", 10, 100_000),
         correction_rounds=_f(int, 20, "Largest number of rounds of the correction.", 1, 1000),
@@ -311,22 +311,22 @@ Settings = _section(
         {"closing_speed": None, "opening_speed": None},
         "Speeds between two points; null: over 6 mm at contact touch, for a stroke of 12.5 mm.",
     ),
-    limits=_f(_list(Limit, 1, 100), _LIMITS, "Limits; yours replace all of them."),
+    limits=_f(_list(Limit, 1, 100), _LIMITS, "Limits; your limits replace all of these."),
     types=_f(Text | None, None, "YAML file of types of breaker (docs/how-to/limits-and-types.md)."),
     planning=_section(
-        "When to service (docs/understand/planning-a-service.md).",
+        "Planning of services (docs/understand/planning-a-service.md).",
         operations=_f(float, 500, "Operations ahead.", 0, 1e9),
         years=_f(float, 2.0, "Years ahead, where dates are known.", 0, 100),
         service_cost=_f(float, 1.0, "Cost of a planned service.", high=1e12, gt=0),
         failure_cost=_f(float, 20.0, "Cost of a failure; more than a service.", 0, 1e12),
-        inspection=_f(Interval, "every operation", "Or 1 year, 100 operations: their interval."),
+        inspection=_f(Interval, "every operation", "Or an interval, such as 1 year."),
         sudden_failures=_f(float, 0.0015, "Sudden failures of a drive per year; 0: none.", 0, 10),
     ),
     trend=_section(
-        "How the life of a drive is followed in its own curves.",
+        "Trend of a drive over its life.",
         threshold=_f(float, 10.0, "nats, evidence from which a change is detected.", 0, 1e6),
         draws=_f(int, 200, "Draws of a change of the parameters.", 20, 10_000),
-        horizon=_f(int, 10_000, "Operations, longest remaining life that is predicted.", 1, 10**9),
+        horizon=_f(int, 10_000, "Operations, longest predicted remaining life.", 1, 10**9),
     ),
     report=_section(
         "The sheet of `breaker report`.",
@@ -345,7 +345,7 @@ Settings = _section(
 
 
 def defaults(section: type[Section] = Settings) -> dict[str, Any]:
-    """Return every setting with its default, as nested dictionaries of plain values."""
+    """Return all settings with their defaults, as nested dictionaries of plain values."""
     return {
         name: defaults(field.annotation) if field.is_required() else deepcopy(field.default)
         for name, field in section.model_fields.items()

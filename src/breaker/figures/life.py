@@ -207,7 +207,7 @@ def _left(axis: Axes, predicted: xr.DataArray, standing: xr.Dataset, failure: fl
 
 @style.styled
 def changepoint(life: xr.Dataset) -> Figure:
-    """Draw the evidence for a change, weights of records, and the changes; words of the last 4."""
+    """Draw the evidence for a change, weights of records, and changes; describe the last four."""
     figure = style.new_figure(11.0, 6.4)
     evidence, weight = figure.subplots(2, 1, sharex=True, height_ratios=(1.5, 1.0))
     _evidence(evidence, life)
@@ -230,7 +230,7 @@ def changepoint(life: xr.Dataset) -> Figure:
 
 
 def _change_words(change: xr.Dataset, number: int) -> str:
-    """Describe a change: when, of which kind and of what, and when noticed."""
+    """Return a change in words: its kind, its operation, and the operation that detected it."""
     start, earliest, latest, noticed = (
         f"{change[name].item():,}" for name in ("start", "earliest", "latest", "noticed")
     )
@@ -241,7 +241,7 @@ def _change_words(change: xr.Dataset, number: int) -> str:
 
 
 def _evidence(axis: Axes, life: xr.Dataset) -> None:
-    """Draw the evidence for a change, linear up to the threshold and logarithmic from there."""
+    """Draw the evidence for a change, linear up to the threshold and logarithmic above it."""
     threshold = life.attrs["threshold"]
     axis.plot(life["operation"], life["evidence"], color=style.MEASURED, lw=1.0)
     look = {"ls": "--", "label": f"threshold {in_digits(threshold, 4)} nats"}
@@ -263,7 +263,7 @@ def _evidence(axis: Axes, life: xr.Dataset) -> None:
 def changes(life: xr.Dataset, truth: xr.DataArray | None = None) -> Figure:
     """Draw the change of every parameter since new: median and 90 % band over the operations.
 
-    ``truth`` is that of a simulated life, ``(operation, parameter)``, percent.
+    ``truth`` has the true changes of a simulated life, ``(operation, parameter)``, percent.
     """
     if life["changed"].isnull().all():
         code = "operations-disagree" if life.attrs["agreement"] < 1.0 else "outside-family"
