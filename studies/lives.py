@@ -234,8 +234,8 @@ def alarms_of(data: xr.Dataset, stands: xr.Dataset) -> list[dict]:
 
     for limit in stands.limit.values:
         for state in ("planned", "due"):
-            on = stands.state.sel(limit=limit).values >= STATES.index(state)
-            add(state, limit.partition(" ")[0], stands.operation.values[on])
+            reached = stands.state.sel(limit=limit).values >= STATES.index(state)
+            add(state, limit.partition(" ")[0], stands.operation.values[reached])
     named = (data.unchanged.values < UNCHANGED).any(axis=1) & (data.asked.values >= start)
     add("worn", "", data.asked.values[named])
     add("change", "", data.noticed.values)
@@ -254,8 +254,8 @@ def coverage(rows: pd.DataFrame) -> pd.DataFrame:
     inside = (known.low - room <= known.truth) & (known.truth <= known.high + room)
     for key, own in known.assign(inside=inside).groupby(["set", "score", "name"]):
         sums, sizes = own.inside.astype(float).groupby(own.life).agg(["sum", "size"]).values.T
-        again = resampled(len(sums))
-        shares = sums[again].sum(axis=1) / sizes[again].sum(axis=1)
+        chosen = resampled(len(sums))
+        shares = sums[chosen].sum(axis=1) / sizes[chosen].sum(axis=1)
         table.append([*key, own.inside.mean(), len(own), *np.quantile(shares, [0.05, 0.95])])
     columns = ["set", "score", "name", "coverage", "count", "low", "high"]
     return pd.DataFrame(table, columns=columns)
@@ -292,8 +292,8 @@ def against_fixed(service: np.ndarray, fails: np.ndarray) -> tuple[float, float,
         ours, theirs = (c[chosen].sum(-1) / m[chosen].sum(-1) for c, m in (planned, fixed))
         return ours / theirs
 
-    again = ratio(resampled(len(fails)))
-    return float(ratio(lives)), *np.quantile(again, [0.05, 0.95]).tolist()
+    ratios = ratio(resampled(len(fails)))
+    return float(ratio(lives)), *np.quantile(ratios, [0.05, 0.95]).tolist()
 
 
 def alarms(rows: pd.DataFrame) -> pd.DataFrame:

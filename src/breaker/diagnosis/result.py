@@ -200,7 +200,7 @@ def csv_of(result: Result) -> str:
 
 def _rows(record: RecordResult) -> Iterator[dict]:
     remarks = {"remarks": "; ".join(map(str, record["remarks"]))}
-    own = _cells(record) | remarks | _cells(record.get("fit", {}))
+    columns = _cells(record) | remarks | _cells(record.get("fit", {}))
     values = [(kind, *pair) for key, kind in _KINDS.items() for pair in record.get(key, {}).items()]
     for kind, name, reading in values or [("", "", record)]:
         low, high = reading.get("interval_95", (None, None))
@@ -209,7 +209,7 @@ def _rows(record: RecordResult) -> Iterator[dict]:
             "interval_95_upper": high,
             "reason": reading.get("reason"),
         }
-        yield own | {"kind": kind, "output": name} | _cells(reading) | ends
+        yield columns | {"kind": kind, "output": name} | _cells(reading) | ends
 
 
 def _cells(values: Mapping) -> dict[str, object]:

@@ -36,14 +36,14 @@ def simulate_family(family: Family, drives: int, rng: np.random.Generator) -> xr
     Raises:
         RuntimeError: If few drives of the family have a shape.
     """
-    rows, again = [], 0
+    rows, replaced = [], 0
     while len(rows) < drives:
         try:
             rows.append(_row(family, rng))
         except FloatingPointError as error:
-            again += 1
+            replaced += 1
             _log.debug("drawn again: %s", error)
-            if again > TRIES + len(rows):
+            if replaced > TRIES + len(rows):
                 raise RuntimeError(f"hardly a drive of the family has a curve: {error}") from None
     per_drive, per_motion = ("drive", "condition"), ("drive", "condition", "motion")
     layout = {
@@ -60,7 +60,7 @@ def simulate_family(family: Family, drives: int, rng: np.random.Generator) -> xr
     data = {n: (d, np.stack([row[n] for row in rows]), about) for n, (d, about) in layout.items()}
     axes = {"condition": ["new", "worn"], "motion": list(MOTIONS), "u": GRID}
     axes |= {"parameter": list(NAMES), "element": list(ELEMENTS)}
-    return xr.Dataset(data, axes, {"drawn_again": again})
+    return xr.Dataset(data, axes, {"drawn_again": replaced})
 
 
 def shapes(stored: np.ndarray) -> np.ndarray:

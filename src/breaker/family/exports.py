@@ -63,10 +63,10 @@ def _close_open(
     starts, switches, travels = [], [], []
     for _ in range(poles):
         sds = {name: sd * rng.standard_normal() for name, sd in numbers["scatter"].items()}
-        own = drive.changed(**{n: drive.value(n) * (1.0 + sd) for n, sd in sds.items()})
+        pole = drive.changed(**{n: drive.value(n) * (1.0 + sd) for n, sd in sds.items()})
         shifts = numbers["phases_sd"] * rng.standard_normal(2)
         begins = trigger + shifts + (0.0, numbers["apart"])
-        both = [own.operate(m, time - at) for m, at in zip(MOTIONS, begins, strict=True)]
+        both = [pole.operate(m, time - begin) for m, begin in zip(MOTIONS, begins, strict=True)]
         way = np.where(time < begins[1], *(travel for travel, _ in both))
         travels.append(way + numbers["noise_sd"] * rng.standard_normal(time.size))
         starts.append(begins)

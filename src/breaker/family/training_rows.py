@@ -231,8 +231,8 @@ class ChangeRows(BankRows):
             moved.append(np.where(np.abs(late) < _SAME, 0.0, late))
         before, after = self.theta[drives, order]
         logs = np.log(np.where(after == before, 1.0, after / before))
-        was, by = (self._effects(drives, order[0], elements) for elements in order)
-        worn = effect_outputs({n: by[n] - was[n] for n in WEARING}, units_of(references)[1])
+        was, now = (self._effects(drives, order[0], elements) for elements in order)
+        worn = effect_outputs({n: now[n] - was[n] for n in WEARING}, units_of(references)[1])
         return references, changes, np.hstack([logs, np.array(moved).T, worn])
 
 

@@ -119,12 +119,12 @@ class Readout:
         ``(k,)``: shuffled quantiles of a normal for each coordinate.
         """
         normal, rng = ndtri((np.arange(_WAYS) + 0.5) / _WAYS), np.random.default_rng(self.seed)
-        ways = np.tile((normal / normal.std())[:, None], self.coordinates.size)
+        off = np.tile((normal / normal.std())[:, None], self.coordinates.size)
         rows = []
-        for k, way in enumerate(rng.permuted(ways, axis=0)):
+        for k, deviation in enumerate(rng.permuted(off, axis=0)):
             theta = None if self.theta is None else self.theta[k::_WAYS]
             draws = len(range(k, self.draws, _WAYS))
-            rows.append((replace(self, draws=draws, theta=theta, seed=self.seed + k), way))
+            rows.append((replace(self, draws=draws, theta=theta, seed=self.seed + k), deviation))
         return rows
 
     def of_change(self, limit: Limit) -> np.ndarray:

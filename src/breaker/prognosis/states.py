@@ -60,17 +60,17 @@ def states_of(life: xr.Dataset, planning: Mapping) -> xr.Dataset:
     days = days_per_operation(operations, dated)
     events = life.start.values[life.maintenance.values]
     spell = np.searchsorted(events, asked, side="right")
-    at = np.searchsorted(asked, operations, side="right") - 1
+    last = np.searchsorted(asked, operations, side="right") - 1
     then = days[np.searchsorted(operations, asked)]
     age = np.maximum(asked - np.append(operations[0], events)[spell], 1.0)
     best, risk, extra = plan(life, planning, then, age)
     state, by = _judged(life, _ahead(life, planning, then, age), best, spell)
-    shown = (at >= 0) & (spell[at] == np.searchsorted(events, operations, side="right"))
+    shown = (last >= 0) & (spell[last] == np.searchsorted(events, operations, side="right"))
     show = shown[:, None]  # the last forecast counts until a maintenance
-    state, by = np.where(show, state[at], 0), np.where(show, by[at], np.inf)
-    p_exceeded = np.where(show, life.p_exceeded.values[at], np.nan)
+    state, by = np.where(show, state[last], 0), np.where(show, by[last], np.inf)
+    p_exceeded = np.where(show, life.p_exceeded.values[last], np.nan)
     over = state == STATES.index("due")
-    left = life.remaining.values[at] - (operations - asked[at])[:, None, None]
+    left = life.remaining.values[last] - (operations - asked[last])[:, None, None]
     left = np.where(shown[:, None, None], np.maximum(left, 0.0), np.nan)
     left = np.where(over[..., None], 0.0, left)
     certain, crossed = (_since(on, operations)[-1] for on in (over, over | (p_exceeded >= 0.5)))
@@ -82,7 +82,7 @@ def states_of(life: xr.Dataset, planning: Mapping) -> xr.Dataset:
         "service_by_date": (both, on_date(by, operations, dated, days)),
         "recommended_since": (both, _since(state >= STATES.index("planned"), operations)),
         "remaining": ((*both, "quantile"), left),
-        "risk": (both, np.where(show, risk[at], np.nan)),
+        "risk": (both, np.where(show, risk[last], np.nan)),
         "certain": ("limit", certain),
         "crossed": ("limit", np.where(np.isnan(certain), np.nan, crossed)),
         "extra": extra,
