@@ -121,7 +121,7 @@ def _from_names(folder: Path) -> list[Operation]:
     files = sorted({*files} - {item.file for item in lines})
     numbers = dict(zip(files, numbers_in([file.stem for file in files]), strict=True))
     if unclear := [printable(file) for file, number in numbers.items() if number is None]:
-        what = "names no counter for sure: a number may be a date, a year, a channel or a quantity"
+        what = "has no clear counter: a number may be a date, a year, a channel or a quantity"
         raise ValueError(f"{first_of(unclear, SHOWN)} {what}; {_REMEDY}")
     return [*lines, *(Operation(number, file) for file, number in numbers.items())]
 
@@ -162,7 +162,8 @@ def list_fleet(
             rows = fleet.setdefault(row.breaker, [])
             rows += [(motion, e) for e in each_line([row] if phase in (None, row.phase) else [])]
     if lacking := [breaker for breaker, rows in fleet.items() if not rows]:
-        raise ValueError(f"endurance.phase is {phase}, which {folder} has not of {lacking[0]}")
+        reason = f"{printable(folder)} does not have for {printable(lacking[0])}"
+        raise ValueError(f"endurance.phase is {phase}, which {reason}; choose another phase")
     return fleet
 
 

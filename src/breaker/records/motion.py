@@ -204,7 +204,7 @@ def find_segment(
     forward = course.crossings[2]
     if not forward.any():
         raise OtherMotionError(
-            f"the travel goes the other way, which is no {motion}; is the motion wrong, or "
+            f"the travel has the opposite direction of a {motion}; is the motion wrong, or "
             "endurance.format.sign?"
         )
     if forward.sum() > 1:

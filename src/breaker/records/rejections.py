@@ -23,15 +23,15 @@ DISTURBED = {"hum", "no-drive", "range-ends", "unsteady"}
 
 TEXTS = {
     "doubtful-samples": "{count} samples that no sensor of this stroke gives: {places}",
-    "no-drive": "{stroke} mm in {lasts} ms, {speed} m/s, is no {motion} of a drive: check the rate "
-    "or unit of the time, and the unit or ratio of the travel",
+    "no-drive": "{stroke} mm in {lasts} ms, {speed} m/s, is not possible for a {motion}: check the "
+    "rate or unit of the time, and the unit or ratio of the travel",
     "range-ends": "at one rest the reading is at exactly {level} mm, too often for its noise: the "
     "range of the transducer ends within the stroke",
     "unsteady": "at rest the reading moves by {way} mm: is there a drift or a vibration?",
     "hum": "the reading swings by {way} mm at {frequency} Hz, before and after the motion: shield "
     "the cable of the transducer",
     "open-rest-unseen": "ends before the open breaker rests: its last reading stands for that rest",
-    "open-rest-off": "the open breaker rests at {rest} mm, which is no zero: set "
+    "open-rest-off": "the open breaker rests at {rest} mm, not at zero: set "
     "endurance.format.zero to its reading, or to rest, if sensor.zero_sd is less",
     "ripples": "during the motion the reading ripples by {rms} mm (rms), as on an elastic linkage: "
     "it counts as noise of the sensor",

@@ -148,7 +148,7 @@ def columns_of(sheet: Sheet, settings: Mapping) -> Columns:
     elif (gaps := np.flatnonzero(np.diff(sheet.lines[kept]) > 1)).size:
         reason = (
             "stands before a line that is blank, a remark or too short; without a time column "
-            "nobody knows whether it stands for a sample: delete or mend it"
+            "it is unknown whether this line is a sample: delete or correct the line"
         )
         raise RejectedCurveError(sheet.file, reason, line=int(sheet.lines[gaps[0]]))
     labels = {kind: (sheet.names[places[kind]], sheet.texts[places[kind]]) for kind in columns}

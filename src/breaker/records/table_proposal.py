@@ -167,7 +167,7 @@ def _files(folder: Path, look: _Look, remarks: list[str]) -> list[_File]:
                 if not path.isprintable():
                     why = "has a sign in its name that a table cannot hold; rename it"
                 elif seen.reason and not motions:
-                    why = f"is no record: {seen.reason}"
+                    why = f"is not a record: {seen.reason}"
                 elif other:
                     why = f"has the samples of {other}; export it again if it is of another record"
                 else:

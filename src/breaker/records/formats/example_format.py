@@ -31,7 +31,7 @@ def read(opened: Opened, form: Mapping) -> list[Sheet]:
     header, content = 12, opened.content
     size, rest = divmod(len(content) - header, 4)
     if size < 1 or rest:
-        raise RejectedCurveError(opened.file, "is no whole record of the example; export it again")
+        raise RejectedCurveError(opened.file, "is not a complete example record; export it again")
     check_size(opened.file, size, 2)  # before arrays are built: a file may have any size
     rate = int.from_bytes(content[8:header], "little")  # Hz
     if rate == 0:

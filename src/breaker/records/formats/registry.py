@@ -178,7 +178,7 @@ def _format_of(opened: Opened) -> Format:
         return LINES if lines.form_of(opened) else TEXT
     if named.signatures and not any(signature in opened.content for signature in named.signatures):
         reason = f"ends as {named.endings[ending]}, but does not begin as one"
-        raise RejectedCurveError(file, f"{reason}; is it whole? Export it again")
+        raise RejectedCurveError(file, f"{reason}; is it complete? Export it again")
     return named
 
 
@@ -200,7 +200,7 @@ def _sheets(opened: Opened, form: Mapping) -> Sequence[Sheet]:
     except Exception as error:  # a damaged file raises anything in the package that reads it
         if format_ in (TEXT, LINES):
             raise
-        reason = f"that cannot be read ({str(error)[:200]}); is it whole? Export it again"
+        reason = f"that cannot be read ({str(error)[:200]}); is it complete? Export it again"
         if isinstance(error, ModuleNotFoundError):
             extra = f"{DISTRIBUTION}[{format_.extra}]"
             reason = f'which needs {error.name}: pip install "{extra}"'

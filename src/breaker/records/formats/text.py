@@ -127,7 +127,7 @@ def _decoded(file: str | Path, content: bytes, encoding: str, *, strict: bool) -
             raise UnicodeError("it has zero bytes")
     except UnicodeError as error:
         line = content.count(b"\n", 0, getattr(error, "start", content.find(0))) + 1
-        reason = f"cannot be read: {error}; is it whole, and endurance.format.encoding right?"
+        reason = f"cannot be read: {error}; is it complete, and endurance.format.encoding right?"
         raise RejectedCurveError(file, reason, line=line) from error
     text = text.replace("\0", "\ufffd").removeprefix("\ufeff").rstrip("\n\r\x1a")
     if "\r" in text:  # lines that were converted twice end with two returns
