@@ -23,7 +23,7 @@ def problems(section: type[Section], content: Any) -> dict[str, str]:
     except ValidationError as error:
         for failure in error.errors(include_url=False):
             if failure["type"] == "missing" and failure["loc"][0] == "by_motion":
-                continue  # by_motion contains only what differs
+                continue  # by_motion contains only differing settings
             key, text = _problem(failure, content)
             if key not in wrong:
                 wrong[key] = text

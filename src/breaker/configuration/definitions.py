@@ -63,7 +63,7 @@ def of_drive(config: Mapping[str, Any]) -> Mapping[str, Any]:
     or without a type or a file of types, the configuration is returned unchanged.
 
     Raises:
-        ConfigurationError: If rows state several types, or one that has no entry.
+        ConfigurationError: If rows state several types, or a type without an entry.
     """
     some, types = config["endurance"], types_of(config)
     if not types or some["curves"] is None:

@@ -262,7 +262,7 @@ class Checkpoint(NamedTuple):
                 "start"
             ) from error
         if saved != self.fingerprint:
-            tqdm.write(f"{self.file} is of another training; starting anew")
+            tqdm.write(f"{self.file} is of another training; starting from step 0")
             return None
         tqdm.write(f"going on from step {state['step']} of {self.file}")
         return state

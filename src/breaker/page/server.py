@@ -122,7 +122,7 @@ class _Handler(tornado.web.RequestHandler):
                 raise _refused("The token of this address is wrong: take the one on the terminal.")
         elif not self._same(self.get_cookie(self._cookie, "")):
             raise _refused(
-                "This page opens with the whole address, token included, that `breaker view` has "
+                "This page opens with the full address, token included, that `breaker view` has "
                 "printed on the terminal. After another start, take its address.",
             )
 

@@ -224,7 +224,7 @@ class Session:
         opened: Files,
     ) -> tuple[Diagnosis, Diagnosis]:
         """Return the inspection, and the diagnosis of the same files and settings (except limits)
-        from which it takes its records.
+        that provides its records.
         """
         config = merge(self.config, overlay)
         check(config, curves=False)

@@ -156,7 +156,7 @@ def family_p_value(p_values: ArrayLike) -> float:
 
 @dataclass(frozen=True)
 class Calibration:
-    """Which outputs leave the simultaneous band, and by how much.
+    """Judgement of ranks: outputs that leave the simultaneous band, and by how much.
 
     Attributes:
         difference: ECDF difference, ``(k, q)``.

@@ -162,7 +162,7 @@ def convergence(
     smallest number with a mean absolute difference within the tolerance is chosen, else the most.
 
     Args:
-        measured: Records, ``(n, t)``, mm, of which the first 50 are used.
+        measured: Records, ``(n, t)``, mm; the first 50 are used.
         candidates: Numbers of steps to choose from, rising.
         reference: Steps of the fine solver. Doubling the midpoint steps divides the error by four,
             so its error is 1/16 of the error with the most steps.
