@@ -45,7 +45,7 @@ class Membership(NamedTuple):
     Attributes:
         noise: Levels of the noise over the stroke, rising, ``(l,)``.
         squares, shares: Quantiles of the squared distance at each level, ``(l, k)``; their shares.
-        left: 99 % quantiles of the deviation of each part from the nearest shape, ``(l, 3)``.
+        left: 99 % quantiles of deviations of parts from the nearest shape, in noise, ``(l, 3)``.
     """
 
     noise: np.ndarray

@@ -69,7 +69,7 @@ class BankRows:
         return len(self.theta)
 
     def rows(self, drives: np.ndarray, rng: np.random.Generator) -> tuple[np.ndarray, ...]:
-        """Return inputs ``(n, i)``, outputs ``(n, q)``, and which outputs the inputs determine."""
+        """Return inputs ``(n, i)`` of drives, outputs ``(n, q)``, and which they determine."""
         x, y, there, _ = self.unscaled(drives, rng)
         return x, (y - self.frozen["centre"]) / self.frozen["scale"], there
 
@@ -108,7 +108,7 @@ class BankRows:
     def _effects(
         self, drives: np.ndarray, condition: np.ndarray, elements: np.ndarray
     ) -> dict[str, np.ndarray]:
-        """Return the size of each of ``EFFECTS`` in a condition, with ``elements`` of another."""
+        """Return sizes ``(n,)`` of ``EFFECTS`` in a condition, with ``elements`` of any."""
         stroke = self.stroke[drives, condition]
         duration = self.duration[drives, condition, MOTIONS.index("closing")]
         speed = np.ptp(LEVELS) * stroke / duration

@@ -172,7 +172,7 @@ class _Column(NamedTuple):
 
 
 class Follower:
-    """Filter that follows a life, and detects a change if its evidence exceeds the threshold."""
+    """Filter that follows a life, and detects changes with evidence above the threshold, nats."""
 
     def __init__(self, series: Series, blocks: Sequence[Block], threshold: float) -> None:
         self.series, self.threshold = series, threshold
