@@ -58,10 +58,8 @@ def run(options: argparse.Namespace) -> int:
     choice = inputs.choice_of(options)
     diagnosis = diagnosis.of_files(options.files, choice, of_type=options.type)
     words = [words_for("own-prior")] if given.prior else []
-    asked = diagnosis.limits_on(diagnosis.estimates, choice.motions)
-    if names := dict.fromkeys(e.pair or e.name for e in asked if e.of == "change"):
-        words.append(words_for("limits-of-change", names=", ".join(names)))
-    content = {**diagnosis.result, "remarks": [*map(note_of, words)]}
+    result = diagnosis.result
+    content = {**result, "remarks": [*map(note_of, words), *result["remarks"]]}
     rejected = [record for record in content["records"] if not record["accepted"]]
     nothing = len(rejected) == len(content["records"])
     written = [] if nothing else _write(diagnosis, content, options)

@@ -55,6 +55,8 @@ def read(path: str | Path) -> dict[str, Any]:
     try:
         text = Path(path).read_text(encoding="utf-8")
         content = yaml.load(text, _Loader)
+    except FileNotFoundError as error:
+        raise FileNotFoundError(f"there is no file {path} of settings or types") from error
     except (yaml.YAMLError, ValueError, RecursionError) as error:
         reason = " ".join(str(error).split())
         raise ConfigurationError(f"{path}: is not valid YAML in UTF-8: {reason}") from error

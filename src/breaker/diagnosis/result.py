@@ -45,9 +45,11 @@ def result_of(diagnosis: "Diagnosis") -> Result:
     no_drive = [record.raw.no_drive for record in read if record.raw and record.raw.no_drive]
     both = zip(diagnosis.estimates, diagnosis.judge(diagnosis.estimates), strict=True)
     records = [_record(estimate, verdicts, given) for estimate, verdicts in both]
+    absent, of_change = _not_judged(diagnosis)
     result = {
-        "warnings": [*map(note_of, [*doubts_about(read), *no_drive[:1]])],  # remarks list all
-        "remarks": [],
+        # Remarks list all motions that no drive makes.
+        "warnings": [*map(note_of, [*doubts_about(read), *no_drive[:1], *absent])],
+        "remarks": [*map(note_of, of_change)],
         "settings": diagnosis.settings._asdict()
         | {"known": given.known, "size": given.size and vars(given.size)},
         "records": records,
@@ -62,6 +64,23 @@ def result_of(diagnosis: "Diagnosis") -> Result:
     verdicts += [poles.get("verdict", "inconclusive") for poles in limited]
     verdict = worst(verdicts) or None
     return plainly({"verdict": verdict, **result})
+
+
+def _not_judged(diagnosis: "Diagnosis") -> tuple[list[str], list[str]]:
+    """Return warnings on limits and records that the verdict does not contain, and remarks on
+    limits of changes.
+    """
+    motions = {e.record.motion for e in diagnosis.estimates if e.record.raw is not None}
+    limits = diagnosis.limits_on(diagnosis.estimates)
+    absent = [e for e in limits if e.of != "change" and e.motion not in motions]
+    notes = []
+    of_change = [e for e in limits if e.of == "change"]
+    for code, some in (("limits-without-record", absent), ("limits-of-change", of_change)):
+        names = ", ".join(dict.fromkeys(e.pair or e.name for e in some))
+        notes.append([say(code, names=names)] if names else [])
+    count = sum(e.record.raw is None for e in diagnosis.estimates)
+    rejected = [say("rejected-not-judged", count=count)] if limits and count else []
+    return [*notes[0], *rejected], notes[1]
 
 
 def accepted(result: Result) -> list[RecordResult]:

@@ -209,7 +209,7 @@ def entries_of_type(
     every, entries = quantities(speeds), []
     for key, ends in ranges.items():
         first, _, name = key.rpartition(" ")
-        unit = every[name].unit if name in every else ""
+        unit = every[name].unit if name in every else None
         low, high = (_in_unit(key, end, unit) for end in ends)
         motions = [first] if first else every[name].motions if name in every else MOTIONS
         if (None not in (low, high) and not low < high) or low is high is None:
@@ -226,12 +226,12 @@ def entries_of_type(
     return entries
 
 
-def _in_unit(key: str, end: float | str | None, unit: str) -> float | None:
+def _in_unit(key: str, end: float | str | None, unit: str | None) -> float | None:
     """Return an end of a range as a number; raise a ValueError if its unit is not ``unit``."""
     if not isinstance(end, str):
         return end
     number, _, stated = end.partition(" ")
-    if stated != unit:
+    if unit is not None and stated != unit:
         raise ValueError(f"{key} is {end}, but its unit is {unit}. Convert the number.")
     return float(number)
 
