@@ -25,6 +25,7 @@ from breaker.records.measurements import Measured
 
 if TYPE_CHECKING:
     from breaker.diagnosis.session import Diagnosis
+    from breaker.model.limits import Limit
 
 _OF_OTHER_CHANNELS = {*ANSWERED, *CURRENTS, "main_closing_time", "main_opening_time", "arcing_wipe"}
 
@@ -73,14 +74,16 @@ def _not_judged(diagnosis: "Diagnosis") -> tuple[list[str], list[str]]:
     motions = {e.record.motion for e in diagnosis.estimates if e.record.raw is not None}
     limits = diagnosis.limits_on(diagnosis.estimates)
     absent = [e for e in limits if e.of != "change" and e.motion not in motions]
-    notes = []
-    of_change = [e for e in limits if e.of == "change"]
-    for code, some in (("limits-without-record", absent), ("limits-of-change", of_change)):
-        names = ", ".join(dict.fromkeys(e.pair or e.name for e in some))
-        notes.append([say(code, names=names)] if names else [])
+    warnings = _named("limits-without-record", absent)
     count = sum(e.record.raw is None for e in diagnosis.estimates)
-    rejected = [say("rejected-not-judged", count=count)] if limits and count else []
-    return [*notes[0], *rejected], notes[1]
+    warnings += [say("rejected-not-judged", count=count)] if limits and count else []
+    return warnings, _named("limits-of-change", [e for e in limits if e.of == "change"])
+
+
+def _named(code: str, limits: Sequence["Limit"]) -> list[str]:
+    """Return the sentence of a code with the names of limits, if there are any."""
+    names = ", ".join(dict.fromkeys(e.pair or e.name for e in limits))
+    return [say(code, names=names)] if names else []
 
 
 def accepted(result: Result) -> list[RecordResult]:

@@ -67,7 +67,7 @@ async function showTab(number) {
     plots.set(tab, null); // it is on its way
     const data = await json(`/curves?${query}&tab=${number}`);
     plots.set(number, new Plot(place, data, (text) => { byId("readings").textContent = text; }));
-    byId("notes").textContent = data.notes.join(" ");
+    byId("notes").textContent = data.notes.join("; ");
   }
   addMarks();
 }
