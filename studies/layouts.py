@@ -1,7 +1,7 @@
 """Ten forms of files of instruments, each with the settings that read it.
 
 They differ in kind, encoding, delimiters, lines above the samples, units, a rate in place of times,
-channels side by side, blank cells, steps, sign, zero and mechanics.
+channels side by side, blank cells, steps, sign and zero.
 """
 
 import zlib
@@ -12,13 +12,9 @@ from pathlib import Path
 import numpy as np
 import openpyxl
 import xarray as xr
-from scipy.interpolate import PchipInterpolator
 
 from breaker.family import exports
 from breaker.records.settings import FORMAT, TO_MM, TO_MS
-
-ANGLES = Path(__file__).with_name("angles.csv")
-"""Table of a transducer on a lever of 40 mm: degrees and mm, open at -50 degrees."""
 
 _TIME_DIGITS = {"s": 7, "ms": 3, "us": 0}
 _SPELT = {"ms": "msec", "deg": "°"}
@@ -51,12 +47,7 @@ class Layout:
     def reading(self, travel: np.ndarray) -> np.ndarray:
         """Return the readings of travel in mm, in the unit of the instrument, in steps of 0.001."""
         complete = {**FORMAT, **self.settings}
-        if complete["table"]:
-            degrees, mm = np.loadtxt(complete["table"], delimiter=",", skiprows=1).T
-            fine = np.linspace(degrees[0], degrees[-1], 100_001)
-            exact = np.interp(travel, PchipInterpolator(degrees, mm)(fine), fine)
-        else:
-            exact = travel / (complete["ratio"] or TO_MM[complete["travel_unit"]])
+        exact = travel / (complete["ratio"] or TO_MM[complete["travel_unit"]])
         return 1e-3 * np.rint((complete["sign"] * exact + self.rest) / 1e-3)
 
     def rows(
@@ -159,7 +150,7 @@ LAYOUTS = {
         names="",
     ),
     "angles": Layout(
-        settings={"delimiter": "|", "time_unit": "us", "travel_unit": "deg", "table": str(ANGLES)},
+        settings={"delimiter": "|", "time_unit": "us", "travel_unit": "deg", "ratio": 0.25},
         names='"{name}"',
         units="({unit})",
     ),

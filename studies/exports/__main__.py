@@ -42,8 +42,7 @@ def read_inspection(text: str, truth: dict) -> dict:
             cells = [c.strip() or None for c in re.split(r"\s{2,}", result[3])][:2]
             cells = [cells[0], None] if len(cells) == 1 else cells
             cells = [
-                (cell and re.split(", (?:test current|not|motor) ", cell)[0]) or None
-                for cell in cells
+                (cell and re.split(", (?:test current|not) ", cell)[0]) or None for cell in cells
             ]
             document["columns"].append([names.get(result[1], result[1]), result[2], *cells])
     return document

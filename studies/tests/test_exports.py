@@ -148,7 +148,7 @@ def test_tables_of_an_inspection_are_read():
   Travel T2     closing           62.4      105.6                       REJECTED
 
   contacts and coils, which breaker report and breaker inspect FOLDER take for each
-  Travel T1     closing   DCRM Res CH1, test current DCRM Cur CH1  Coil Current C1 (A), motor Motor
+  Travel T1     closing   DCRM Res CH1, test current DCRM Cur CH1  Coil Current C1 (A)
   Travel T2     closing                 Coil Current C2 (A)
 """
     truth = {"columns": ["Travel T1 (mm)", "Travel T2 (mm)"]}

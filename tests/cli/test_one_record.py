@@ -32,8 +32,8 @@ OF_STROKE = [f"{m}_speed_{zone}" for m in MOTIONS for zone in ("10_90", "10_50",
 
 @pytest.fixture
 def config(tmp_path, monkeypatch, defaults):
-    """An export that states its rate and the points of its speeds, with a contact and a coil that
-    nothing names; an earlier one; and the configuration of both.
+    """An export that states its rate, with a contact and a coil that nothing names; an earlier one;
+    and the configuration of both.
     """
     monkeypatch.chdir(tmp_path)
     (tmp_path / "fleet").mkdir()
@@ -156,5 +156,5 @@ def test_a_speed_that_is_shown_has_its_zone_and_may_have_a_limit(config, capsys)
     table = csv.DictReader(Path("a.csv").read_text(encoding="utf-8").splitlines())
     rows = {(row["output"], row["motion"]): row for row in table}
     own = rows["closing_speed", "closing"]
-    assert (own["zone"], own["unit"]) == ("from 40 to 80 % of stroke", "m/s")  # as the file states
+    assert (own["zone"], own["unit"]) == ("from 60 mm before touch to touch", "m/s")
     assert rows["stroke", "closing"]["zone"] == ""

@@ -18,10 +18,10 @@ FALSE_ALARM = 1e-3
 
 @pytest.fixture(scope="module", params=MOTIONS)
 def through(request, prior, sensor):
-    """Records in the ten layouts of the studies; no lever of the layout of angles is so long."""
+    """Records in the ten layouts of the studies."""
     rng = generator(4, "test through files", request.param)
-    some = {name: layout for name, layout in layouts.LAYOUTS.items() if name != "angles"}
-    measured, truth, _ = through_files(prior, sensor, request.param, CURVES, rng, some)
+    of_all = prior, sensor, request.param, CURVES, rng, layouts.LAYOUTS
+    measured, truth, _ = through_files(*of_all)
     return request.param, measured, truth
 
 

@@ -1,4 +1,4 @@
-"""Times in even steps of ms, and readings in mm: units, ratios, tables and quanta."""
+"""Times in even steps of ms, and readings in mm: units, ratios and quanta."""
 
 import tracemalloc
 
@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from breaker.common.randomness import generator
-from breaker.records.axes import Scale, even_times, seen_quantum
+from breaker.records.axes import even_times, seen_quantum, travel_of
 from breaker.records.rejections import UnusableError
 from breaker.records.settings import complete
 
@@ -76,15 +76,6 @@ def test_odd_times_are_refused_with_their_line(name):
 # ---- travel --------------------------------------------------------------------------------------
 
 
-def scale(**settings):
-    return Scale.from_settings(complete(settings))
-
-
-def table(tmp_path, text):
-    (tmp_path / "table.csv").write_text(text, encoding="utf-8")
-    return str(tmp_path / "table.csv")
-
-
 @pytest.mark.parametrize(
     ("settings", "expected"),
     [
@@ -95,36 +86,8 @@ def table(tmp_path, text):
     ],
 )
 def test_units_and_ratios(settings, expected):
-    np.testing.assert_allclose(scale(**settings).travel(np.array([1.0, 2.0])), expected, rtol=1e-15)
-
-
-def test_a_table_is_followed_smoothly_and_only_forwards(tmp_path):
-    """A crank: 150 mm in 60 degrees, known at 13 angles; between them to 0.05 mm."""
-    angle = np.linspace(-30.0, 30.0, 13)
-    crank = 150.0 * (np.sin(np.deg2rad(angle)) + 0.5)
-    rows = "\n".join(f"{a},{mm:.4f}" for a, mm in zip(angle, crank, strict=True))
-    read = scale(travel_unit="deg", table=table(tmp_path, f"deg,mm\n{rows}\n"), zero="rest")
-    fine = np.linspace(-30.0, 30.0, 1001)
-    travel = read.travel(fine)
-    assert (np.diff(travel) > 0).all()
-    np.testing.assert_allclose(travel, 150.0 * (np.sin(np.deg2rad(fine)) + 0.5), atol=0.05)
-    assert np.isnan(read.travel(np.array([0.0, np.nan]))[1])
-    falling = scale(travel_unit="V", table=table(tmp_path, "5,0\n1,14\n"))
-    np.testing.assert_allclose(falling.travel(np.array([5.0, 3.0, 1.0])), [0.0, 7.0, 14.0])
-    # Noise at the ends goes on; few samples further out are doubtful; many are refused.
-    reading = np.append(np.linspace(1.0, 5.0, 200), [5.1, 5.5, -7.0])
-    assert np.isinf(falling.travel(reading)[-3:]).tolist() == [False, True, True]
-    with pytest.raises(UnusableError):
-        falling.travel(2.0 * reading)
-
-
-@pytest.mark.parametrize(
-    "text", ["", "0,0\n0,1\n", "0,0\n1,5\n2,4\n", "0,0\n1,nan\n", "0,0,0\n1,5,0\n"]
-)
-def test_a_wrong_table_is_refused_before_any_file(tmp_path, text):
-    for file in (table(tmp_path, text), str(tmp_path / "none.csv")):
-        with pytest.raises(ValueError, match=r"endurance\.format\.table"):
-            scale(table=file)
+    travel = travel_of(np.array([1.0, 2.0]), complete(settings))
+    np.testing.assert_allclose(travel, expected, rtol=1e-15)
 
 
 @pytest.mark.parametrize(("stroke", "quantum"), [(4.0, 0.0125), (14.0, 0.08), (1000.0, 1.0)])

@@ -1,4 +1,4 @@
-"""Currents of coil and motor, and the resistance of the contact, against planted ones."""
+"""Current of the coil, and the resistance of the contact, against planted ones."""
 
 from dataclasses import replace
 
@@ -70,23 +70,6 @@ HELD = np.where(TIME > TRIGGER, coil(peak=2.0)[TIME.searchsorted(49.0)], 0.0)
 def test_what_a_current_does_not_show_is_withheld(name, read):
     with pytest.raises(NotShownError):
         getattr(read, name)()
-
-
-@pytest.mark.parametrize("alternates", [False, True])
-def test_a_motor_runs(alternates):
-    """Inrush 40 A that decays with 150 ms to 8 A, from 200 ms to 6.2 s: rms of either kind."""
-    time = np.arange(0.0, 8000.0, 1.0)
-    runs = (time >= 200.0) & (time < 6200.0)
-    level = np.where(runs, 8.0 + 32.0 * np.exp(-(time - 200.0) / 150.0), 0.0)
-    wave = np.sqrt(2.0) * np.sin(0.1 * np.pi * time) if alternates else 1.0
-    noise = 0.1 * np.random.default_rng(3).standard_normal(time.size)
-    read = Currents(time, {"motor": level * wave + noise}, {"motor": 1.0}, moves=50.0)
-    assert read.charging_time()[0] == pytest.approx(6.0, abs=0.015)
-    assert read.motor_current()[0] == pytest.approx(8.0, abs=0.05)
-    assert read.motor_inrush()[0] == pytest.approx(40.0, rel=0.08)  # over 20 ms it decays
-    cut = Currents(time[:3000], {"motor": (level * wave)[:3000]}, {"motor": 1.0}, moves=50.0)
-    with pytest.raises(NotShownError):
-        cut.charging_time()
 
 
 # ---- resistances ---------------------------------------------------------------------------------

@@ -157,8 +157,6 @@ def test_events_are_of_those_that_are_known(tmp_path):
 
 REFUSED = [
     ("time_unit", {"time_unit": "min"}),
-    ("ratio", {"ratio": 2.0, "table": "a.csv"}),
-    ("table", {"table": "a.csv", "zero": 0.5}),
     ("zero", {"zero": "start"}),
     ("stroke", {"stroke": [60.0, 4.0]}),
     ("delimiter", {"delimiter": "\\t"}),

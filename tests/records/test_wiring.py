@@ -1,4 +1,4 @@
-"""Which columns of contact, current, coil and motor belong to a column of travel."""
+"""Which columns of contact, current and coil belong to a column of travel."""
 
 import numpy as np
 import pytest
@@ -77,7 +77,7 @@ def pulses(*at):
         # Each motion has its own, by the name or by the time.
         ({"Close Coil": [20], "Trip Coil": [200]}, ["Close Coil", "Trip Coil"]),
         ({"Spulenstrom": [20, 200]}, ["Spulenstrom", "Spulenstrom"]),
-        ({"Courant moteur": [20, 200], "Motor current": [20, 200]}, [None, None]),
+        ({"Courant moteur": [20, 200]}, [None, None]),
     ],
 )
 def test_a_coil_of_all_poles_belongs_to_each_of_them(coils, taken):

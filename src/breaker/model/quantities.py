@@ -275,9 +275,6 @@ _TABLE = (  # name, unit, whether more (1) or less (-1) is worse, motions, sourc
     ("coil_current", "A", 1, MOTIONS, _RECORD, "largest current of the coil"),
     ("coil_dip_time", "ms", 1, MOTIONS, _RECORD, "trigger to the dip of the coil current"),
     ("coil_off_time", "ms", 1, MOTIONS, _RECORD, "trigger to the end of the coil current"),
-    ("motor_inrush", "A", 1, _CLOSING, _RECORD, "largest current of the starting motor, rms"),
-    ("motor_current", "A", 1, _CLOSING, _RECORD, "current of the running motor, rms"),
-    ("charging_time", "s", 1, _CLOSING, _RECORD, "duration of the current of the motor"),
     ("release_from10", "ms", 0, MOTIONS, _ANSWER, "10 % of the stroke to start of motion"),
     ("touch_after_release", "ms", 1, _CLOSING, _ANSWER, "start of motion to contact touch"),
     ("touch_from10", "ms", 0, _CLOSING, _ANSWER, "10 % of the stroke to contact touch"),
@@ -336,9 +333,8 @@ SHARES = {f"time_to_{percent}": percent for percent in (10, 50, 90)}
 RESISTANCES = ("static_resistance", "arcing_resistance")
 """Names of the quantities measured from the resistance of the contact."""
 
-CURRENTS = ("coil_current", "coil_dip_time", "coil_off_time")
-CURRENTS += ("motor_inrush", "motor_current", "charging_time", *RESISTANCES)
-"""Names of the quantities measured from a current of coil or motor, or the test current."""
+CURRENTS = ("coil_current", "coil_dip_time", "coil_off_time", *RESISTANCES)
+"""Names of the quantities measured from the current of a coil, or the test current."""
 
 
 _SPOKEN = {parameter.name: parameter.word for parameter in PARAMETERS}

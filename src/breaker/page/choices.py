@@ -30,7 +30,6 @@ LABELS = {
     "contact_column": "Contact",
     "current_column": "Test current",
     "trigger_column": "Coil",
-    "motor_column": "Motor",
     "decimal": "Decimal sign",
 }
 """Import settings of the page: keys of ``endurance.format``, and their names."""

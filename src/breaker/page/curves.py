@@ -27,7 +27,7 @@ _PANELS = {  # heights in pixels, and labels; an empty label is replaced by the 
     "resistance": (140, "resistance (µΩ)"),
 }
 _OF_FILE = 150  # height of other panels, pixels
-_CHANNELS = {"contact": "contact", "current": "test current", "trigger": "coil", "motor": "coil"}
+_CHANNELS = {"contact": "contact", "current": "test current", "trigger": "coil"}
 
 
 class Tab(NamedTuple):

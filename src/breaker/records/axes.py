@@ -3,25 +3,20 @@
 An instrument samples at an even rate. Printed times are uneven by their last digit, and skip
 samples that were not stored, by an integer number of steps. Records with other times are rejected.
 
-A length needs only its unit; degrees, volts or counts need ``ratio``, the mm of one of them, or a
-table of readings and mm.
+A length needs only its unit; degrees, volts or counts need ``ratio``, the mm of one of them.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
-from io import StringIO
-from pathlib import Path
 
 import numpy as np
 
-from breaker.records.files import RejectedCurveError, read_bytes
 from breaker.records.rejections import Remark, UnusableError
 from breaker.records.settings import READABLE, SAME_RATE, TO_MM, TO_MS
 
 _UNEVEN = 0.25  # steps, largest deviation of a step from an integer number of steps
 _PRINTED = 0.1  # steps, largest deviation of times and readings that are printed with enough digits
 _SPARSE = 10  # largest ratio of places to samples; bounds the memory for missing samples
-_FEW = 0.05  # share that noise explains: of a table's width, of samples beyond, of equal readings
+_FEW = 0.05  # share of equal neighbours that noise explains
 _SMALL = 10  # largest multiple of the smallest tenth of the differences that determines a quantum
 
 
@@ -83,64 +78,17 @@ def _refuse(wrong: np.ndarray, lines: np.ndarray, reason: str) -> None:
         raise UnusableError(reason, line=int(lines[int(wrong.argmax()) + 1]))
 
 
-@dataclass(frozen=True)
-class Scale:
-    """Conversion of a reading to travel: by the mm towards closed of one unit, or by a table of
-    readings and mm, ``(2, n)``, and its sign. ``zero`` is the reading of the open breaker, or 0 if
-    each record determines it.
+def travel_of(reading: np.ndarray, settings: Mapping) -> np.ndarray:
+    """Return travel towards closed for readings, ``(t,) -> (t,)``, mm; NaN where missing. With
+    ``zero: rest``, the record determines its zero later.
+
+    Args:
+        settings: The section ``endurance.format``, complete.
     """
-
-    factor: float
-    zero: float
-    table: np.ndarray | None = None
-
-    @classmethod
-    def from_settings(cls, settings: Mapping) -> "Scale":
-        """Build from ``endurance.format``; raise ValueError if its table is not valid."""
-        zero = 0.0 if settings["zero"] == "rest" else settings["zero"]
-        if settings["table"] is not None:
-            return cls(float(settings["sign"]), zero, _read_table(settings["table"]))
-        factor = TO_MM[settings["travel_unit"]] if settings["ratio"] is None else settings["ratio"]
-        return cls(settings["sign"] * factor, zero)
-
-    def travel(self, reading: np.ndarray) -> np.ndarray:
-        """Return travel for readings, ``(t,) -> (t,)``, mm; NaN for NaN, infinite beyond a table.
-
-        Raises:
-            UnusableError: If more than a few readings are beyond the table.
-        """
-        with np.errstate(over="ignore"):  # checks remove values that are too large
-            if self.table is None:
-                return self.factor * (reading - self.zero)
-        from scipy.interpolate import PchipInterpolator  # slow to import and rarely needed
-
-        low, high = self.table[0, [0, -1]]
-        margin = _FEW * (high - low)
-        outside = (reading < low - margin) | (reading > high + margin)
-        if outside.sum() > _FEW * np.isfinite(reading).sum():
-            raise UnusableError(
-                f"endurance.format.table goes from {low:.4g} to {high:.4g}, and readings do not"
-            )
-        return np.where(outside, np.inf, self.factor * PchipInterpolator(*self.table)(reading))
-
-
-def _read_table(file: str | Path) -> np.ndarray:
-    """Return increasing readings and mm, ``(2, n)``, of a CSV file with commas and points."""
-    try:
-        text = read_bytes(file).decode("utf-8-sig").strip()
-        if "\n" not in text:
-            raise ValueError("it has no two lines")
-        named = not text.lstrip("+-.")[:1].isdigit()  # the first line has names of columns
-        table = np.loadtxt(StringIO(text), delimiter=",", skiprows=int(named), ndmin=2, unpack=True)
-        table = table[:, np.argsort(table[0], kind="stable")]
-        rises = np.diff(table, axis=1)
-        steady = (rises[0] > 0).all() and ((rises[1] > 0).all() or (rises[1] < 0).all())
-        if not (table.shape[0] == 2 and rises.size and steady and np.isfinite(table).all()):
-            raise ValueError("its mm do not rise, or fall, from reading to reading")
-    except (RejectedCurveError, ValueError) as error:
-        remedy = "write two lines or more of a reading and its mm, with a comma between"
-        raise ValueError(f"endurance.format.table, {file}: {error}; {remedy}") from error
-    return table
+    factor = TO_MM[settings["travel_unit"]] if settings["ratio"] is None else settings["ratio"]
+    zero = 0.0 if settings["zero"] == "rest" else settings["zero"]
+    with np.errstate(over="ignore"):  # checks remove values that are too large
+        return settings["sign"] * factor * (reading - zero)
 
 
 def seen_quantum(travel: np.ndarray) -> float:

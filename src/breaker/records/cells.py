@@ -12,10 +12,9 @@ from collections.abc import Sequence
 from contextlib import suppress
 
 from breaker.common.compiling import np
-from breaker.records.words import WORDS
+from breaker.records.words import BESIDE, WORDS
 
-LARGEST_NUMBER = {"time": 1e16, "travel": 1e9}
-LARGEST_NUMBER |= dict.fromkeys(("contact", "current", "trigger", "motor"), 1e40)
+LARGEST_NUMBER = {"time": 1e16, "travel": 1e9, **dict.fromkeys(BESIDE, 1e40)}
 """Largest time (since 1970 it is 2e15 microseconds) and largest readings. Some instruments write
 9.9e37 for the resistance of an open contact."""
 

@@ -1,4 +1,4 @@
-"""Find the clock, the travels, and the contacts, coils and motor of each travel in the columns.
+"""Find the clock, the travels, and the contacts and coils of each travel in the columns.
 
 The unit or the name of a column shows a clock or a travel. Without both, a column that rises in
 even steps is a clock, and a column that moves between rests is a travel. A contact is a column of a
@@ -272,8 +272,6 @@ class Wiring:
     def paired(self, sign: int = 1) -> list[dict[str, dict[str, str | int]]]:
         """Return the columns that belong to each travel, by motion and key of the settings."""
         sheet, matched = self.sheet, []
-        motors = [i for i, name in enumerate(sheet.names) if holds(name, "motor")]
-        motors = [i for i in motors if _amperes(sheet, i)]
         for order, travel in enumerate(self.travels):
             matched.append({})
             for motion in MOTIONS:
@@ -285,7 +283,6 @@ class Wiring:
                     "contact_column": contact,
                     "current_column": current_of(sheet, contact[0]) if contact else [],
                     "trigger_column": self._coil(order, motion, k) if same_motion.any() else [],
-                    "motor_column": motors if closing and len(motors) == 1 else [],
                 }
                 columns = {key: sheet.column(places[0]) for key, places in taken.items() if places}
                 matched[-1][motion] = columns
@@ -372,7 +369,8 @@ def current_of(sheet: Sheet, contact: int) -> list[int]:
     marks, currents = _marks(sheet.names[contact]), []
     for i, name in enumerate(sheet.names) if _kind(sheet, contact) == "resistance" else ():
         flows = (_amperes(sheet, i) or holds(name, "current")) and not _kind(sheet, i)
-        if flows and _marks(name) == marks and not (holds(name, "motor") or _is_coil(sheet, i)):
+        other = holds(name, "of the drive") or _is_coil(sheet, i)
+        if flows and not other and _marks(name) == marks:
             currents.append(i)
     return currents if len(currents) == 1 else []
 

@@ -1,9 +1,8 @@
-"""Measure the currents of coil and motor, and the resistance of the contact, during a motion.
+"""Measure the current of the coil, and the resistance of the contact, during a motion.
 
 The current of a coil rises slowly, dips as the armature arrives, and is interrupted by the
-auxiliary contact. A motor that charges a spring draws an inrush, then its running current, until
-the limit switch opens. A resistance counts while its test current flows. A channel without a unit
-of current or resistance has no values.
+auxiliary contact. A resistance counts while its test current flows. A channel without a unit of
+current or resistance has no values.
 """
 
 from collections.abc import Mapping
@@ -14,23 +13,22 @@ from typing import NamedTuple
 import numpy as np
 
 from breaker.records.axes import seen_quantum
-from breaker.records.contacts import CLEAR, FEWEST, LEAST, RESOLVED, SETTLED, SLOWEST, ContactTimes
+from breaker.records.contacts import CLEAR, FEWEST, LEAST, RESOLVED, SETTLED, ContactTimes
 from breaker.records.noise import filled, running_mean
 from breaker.records.rejections import NotShownError
 
-_MOTOR = 20.0  # ms, window of the motor's rms, a period of 50 Hz
 _PARTS = 8  # parts of a resistance whose medians show its error, since its ripple is slow
-_FLOWS = 0.2  # share of the largest current that counts as flow: an inrush is at most 5 times it
+_FLOWS = 0.2  # share of the largest current that counts as flow
 
 
 class _Flow(NamedTuple):
     """Longest flow of a current."""
 
     time: np.ndarray  # times, (n,), ms
-    amperes: np.ndarray  # means or root mean squares, (n,), A
+    amperes: np.ndarray  # means, (n,), A
     sd: float  # standard deviation of a mean, A
     step: float  # time between two samples, ms
-    complete: bool  # whether the flow begins and ends within the record
+    complete: bool  # whether the flow ends within the record
 
 
 @dataclass(eq=False)
@@ -82,23 +80,6 @@ class Currents:
         last = np.flatnonzero(self._coil.amperes >= 0.5 * np.median(self._coil.amperes))[-1]
         return self._since_trigger(last, max(RESOLVED, self._coil.step))
 
-    def motor_inrush(self) -> tuple[float, float]:
-        """Return the largest root mean square current of the motor as it starts, A."""
-        return float(self._motor.amperes.max()), self._motor.sd
-
-    def motor_current(self) -> tuple[float, float]:
-        """Return the median root mean square current of the motor after its inrush, A."""
-        level = self._motor.amperes[self._motor.amperes.size // 4 :]
-        middle = float(np.median(level))
-        return middle, float(np.hypot(np.median(np.abs(level - middle)), self._motor.sd))
-
-    def charging_time(self) -> tuple[float, float]:
-        """Return the time for which the motor runs, s; both ends are uncertain by a window."""
-        if not self._motor.complete:
-            raise NotShownError("the current flows when the record begins or ends")
-        sd = np.hypot(_MOTOR, self._motor.step) / np.sqrt(6.0)
-        return 1e-3 * float(np.ptp(self._motor.time)), 1e-3 * float(sd)
-
     def static_resistance(self) -> tuple[float, float]:
         """Return the resistance of the contact at rest: before an opening, after a closing, µΩ."""
         if np.isnan(self.contact.main) and self.contact.why:  # it may not be closed
@@ -138,43 +119,28 @@ class Currents:
 
     @cached_property
     def _coil(self) -> _Flow:
-        """Flow of the coil's current from the trigger on."""
+        """Longest flow of the coil's current from the trigger on, as means over ``RESOLVED``."""
         if not np.isfinite(self.contact.trigger):
             raise NotShownError("no trigger: when the coil was energised is not known")
-        return self._flow("trigger", self.inside, self.contact.trigger, RESOLVED)
-
-    @cached_property
-    def _motor(self) -> _Flow:
-        """Run of the motor after the first motion, which charges the spring again."""
-        flow = self._flow("motor", slice(None), self.moves, _MOTOR)
-        if np.ptp(flow.time) < SLOWEST:  # a motor runs longer than a coil
-            raise NotShownError(f"the motor does not run for {SLOWEST:g} ms")
-        return flow
-
-    def _since_trigger(self, place: int, half: float) -> tuple[float, float]:
-        after = float(self._coil.time[place]) - self.contact.trigger
-        return after, float(np.hypot(half / np.sqrt(3.0), self.contact.trigger_sd))
-
-    def _flow(self, kind: str, part: slice, begin: float, width: float) -> _Flow:
-        """Return the longest flow from a time on, as means (rms for a motor) over a width, ms."""
-        time, values = self.time[part], self.channel(kind)[part]
-        there, later = ~np.isnan(values), time >= begin
+        time, values = self.time[self.inside], self.channel("trigger")[self.inside]
+        there, later = ~np.isnan(values), time >= self.contact.trigger
         if there.sum() < FEWEST:
             raise NotShownError("no current, or its column states no unit, such as [A]")
         before = values[there & ~later]
         rest = before if before.size >= FEWEST else values[there][-FEWEST:]  # no rest at the begin
         current, step = filled(values) - np.median(rest), float(np.median(np.diff(time)))
-        count = 2 * round(0.5 * width / step) + 1
+        count = 2 * round(0.5 * RESOLVED / step) + 1
         noise = 1.4826 * float(np.median(np.abs(np.diff(current, n=3)))) / np.sqrt(20.0)
         sd = max(noise / np.sqrt(count), 1e-12)
-        if kind == "motor":
-            smooth = np.sqrt(np.maximum(running_mean(np.square(current), count), 0.0))
-        else:
-            smooth = running_mean(current * np.sign(current[int(np.abs(current).argmax())]), count)
+        smooth = running_mean(current * np.sign(current[int(np.abs(current).argmax())]), count)
         flows = later & (smooth > max(_FLOWS * smooth[later].max(initial=0.0), CLEAR * sd))
         runs = np.flatnonzero(np.diff(flows, prepend=False, append=False)).reshape(-1, 2)
         if not runs.size:
             raise NotShownError("no current flows")
         first, end = runs[int(np.ptp(runs, axis=1).argmax())]
-        complete = bool((first >= count or kind != "motor") and end <= time.size - count)
+        complete = bool(end <= time.size - count)
         return _Flow(time[first:end], smooth[first:end], float(sd), step, complete)
+
+    def _since_trigger(self, place: int, half: float) -> tuple[float, float]:
+        after = float(self._coil.time[place]) - self.contact.trigger
+        return after, float(np.hypot(half / np.sqrt(3.0), self.contact.trigger_sd))

@@ -134,7 +134,7 @@ def _find_unit(findings: Findings) -> None:
         findings.doubts["travel_unit"].append(f"{doubt}; if that is wrong, set travel_unit")
     if unit not in TO_MM:
         shown = f"the stroke is {in_digits(stroke, 4)} {unit}"
-        findings.lacking["ratio"] = f"mm for one {unit}, or give a table; {shown}"
+        findings.lacking["ratio"] = f"mm for one {unit}; {shown}"
     findings.settings |= {"travel_column": sheet.column(travel.place), "travel_unit": unit}
 
 

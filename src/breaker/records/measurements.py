@@ -115,7 +115,7 @@ class Reading:
     located: LocatedMotion  # the motion in its record
     contact: ContactTimes = _UNKNOWN  # times of contact touch or separation, and of the trigger
     speeds: Sequence[Speed] = SPEEDS  # definitions of the speeds
-    # currents of coil and motor, and the resistance of the contact
+    # current of the coil, and resistance of the contact
     currents: Currents = _NO_CURRENTS
 
     def __post_init__(self) -> None:

@@ -268,7 +268,7 @@ READ: dict[str, _Cell] = {
     "ratio": _number("mm for one unit of the reading", 1e-6, 1e6),
     "zero": _Cell("rest, or a number", f"rest|{_NUMBER}", _float),
     "sign": _words({"1": 1, "+1": 1, "-1": -1}),
-    **dict.fromkeys(("time_column", "contact_column", "current_column", "motor_column"), _COLUMN),
+    **dict.fromkeys(("time_column", "contact_column", "current_column"), _COLUMN),
     "trigger_column": _COLUMN._replace(least=0),
 }
 """Columns that the table may have, with the kinds of their cells."""

@@ -15,13 +15,12 @@ import yaml
 
 from breaker.common.document import Document, Remark, Table
 from breaker.common.numerals import in_digits
-from breaker.records.axes import Scale
 from breaker.records.curves import Grid, put_on_grid
 from breaker.records.description import Findings, look_at
 from breaker.records.files import Files, RejectedCurveError
 from breaker.records.operations import Operation
 from breaker.records.reader import Reader
-from breaker.records.settings import FORMAT
+from breaker.records.settings import FORMAT, TO_MM
 from breaker.records.table_proposal import InspectedMotion
 from breaker.records.words import BESIDE
 
@@ -68,8 +67,7 @@ def inspect_file(
     usual = _USUAL / float(np.median(travels[0].strokes))
     instead = {"rate": findings.clock.likely_rate, "ratio": usual, "time_unit": "ms"}
     instead = {key: value for key, value in instead.items() if key in findings.lacking}
-    scale = Scale.from_settings(FORMAT | findings.settings | instead)
-    findings.find_rest(abs(scale.factor))
+    findings.find_rest(instead.get("ratio") or TO_MM[findings.settings["travel_unit"]])
     read_by = findings.sheet.file, FORMAT | findings.settings | instead, sensor, files
     motions = [_as_read(entry, *read_by) for entry in findings.motions()]
     first, *others = (motion.paired.items() for motion in motions)
@@ -161,11 +159,11 @@ def _motions(proposal: Proposal) -> Table:
 
 
 def _wired(proposal: Proposal) -> Table:
-    """Return a table of contact with test current, and coil with motor, by channel and motion."""
+    """Return a table of contact with test current, and coil, by channel and motion."""
     rows = {}
     for motion in proposal.motions:
-        contact, current, coil, motor = (motion.paired.get(f"{kind}_column", "") for kind in BESIDE)
-        current, motor = current and f", test current {current}", motor and f", motor {motor}"
-        if contact or coil or motor:
-            rows[str(motion.column), motion.motion, f"{contact}{current}", f"{coil}{motor}"] = None
+        contact, current, coil = (motion.paired.get(f"{kind}_column", "") for kind in BESIDE)
+        current = current and f", test current {current}"
+        if contact or coil:
+            rows[str(motion.column), motion.motion, f"{contact}{current}", f"{coil}"] = None
     return Table(rows=[*rows], title="  contacts and coils of each travel", form=_BESIDE)

@@ -1,7 +1,7 @@
 """Read the records of operations, with the settings of the configuration and of their files.
 
 Settings count in this order: the row of ``operations.csv``, what the file states (its rate, and the
-columns of contact, coil and motor that belong to the travel), the configuration, the defaults. A
+columns of contact and coil that belong to the travel), the configuration, the defaults. A
 record that cannot be used is rejected with the name of its file, the line where there is one, and
 the reason; the other records are read.
 """
@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from breaker.common.numerals import in_digits
-from breaker.records.axes import Scale, even_times, seen_quantum
+from breaker.records.axes import even_times, seen_quantum, travel_of
 from breaker.records.checks import (
     check_slips,
     check_stroke,
@@ -130,7 +130,6 @@ class Reader:
             settings = complete({**self.settings, **operation.settings})
             if text := lacking(settings):
                 raise UnusableError(text)
-            scale = Scale.from_settings(settings)
         except ValueError as error:
             keys = ", ".join(operation.settings)
             where = f"with {keys} of its row in operations.csv or its file: " if keys else ""
@@ -139,7 +138,7 @@ class Reader:
         columns = read_columns(self.files[operation.file], settings, *place)
         time, place, uneven = even_times(columns.time, columns.lines, settings)
         travel = np.full(time.size, np.nan)
-        travel[place] = scale.travel(columns.travel)
+        travel[place] = travel_of(columns.travel, settings)
         if (count := int(np.isfinite(travel).sum())) < 2:
             raise UnusableError(f"has {count} samples")
         given = settings["quantum"]

@@ -40,7 +40,7 @@ class Record(LocatedMotion):
     settings: Mapping  # the section endurance.format, complete, with settings of the operation
     rest: float  # reading of the open breaker, mm; it is subtracted on a grid
     contact: ContactTimes  # times of the contact and of the trigger
-    currents: Currents  # currents of the coil and of the motor, and the resistance of the contact
+    currents: Currents  # current of the coil, and resistance of the contact
     file_remarks: tuple[str, ...]  # remarks on the file
     # contradiction between statements of the file and its reading; "" if there is none
     warning: str = ""

@@ -27,7 +27,6 @@ FORMAT = {
     "travel_column": "travel",
     "travel_unit": "mm",
     "ratio": None,
-    "table": None,
     "zero": 0.0,
     "sign": 1,
     "quantum": None,
@@ -36,7 +35,6 @@ FORMAT = {
     "current_column": None,
     "timing_sd": 0.1,
     "trigger_column": None,
-    "motor_column": None,
     "missing": 0.5,
 }
 """Default of every setting, as in ``endurance.format`` of config/config.yaml."""
@@ -45,10 +43,10 @@ FORMAT = {
 def lacking(settings: Mapping) -> str:
     """Return a message if complete settings lack a unit or rate that the table does not state."""
     unit = settings["travel_unit"]
-    if unit not in TO_MM and not (settings["ratio"] or settings["table"]):
+    if unit not in TO_MM and not settings["ratio"]:
         return (
             f"endurance.format.travel_unit is {unit!r}, not one of {', '.join(TO_MM)}, so "
-            "endurance.format.ratio (mm for one of it) or table is needed, or the column ratio of "
+            "endurance.format.ratio (mm for one of it) is needed, or the column ratio of "
             "operations.csv"
         )
     if settings["time_column"] is None and settings["rate"] is None:
@@ -75,8 +73,6 @@ def complete(settings: Mapping) -> dict:
         "stroke": (not stroke or 0 < stroke[0] < stroke[1], "least and largest, mm, or null"),
         "delimiter": (len(settings["delimiter"]) == 1, "one sign"),
         "encoding": (_is_encoding(settings["encoding"]), "an encoding of text, such as utf-8"),
-        "ratio": (None in (settings["ratio"], settings["table"]), "null where a table is given"),
-        "table": (settings["table"] is None or zero in (0, "rest"), "null, or zero 0 or rest"),
     }
     for name, (is_allowed, what) in allowed.items():
         if not is_allowed:

@@ -15,7 +15,7 @@ import yaml
 
 _LONGEST = 200  # most signs of a name or text that are searched: bounds the time
 
-BESIDE = ("contact", "current", "trigger", "motor")
+BESIDE = ("contact", "current", "trigger")
 """Columns that a record may have in addition to time and travel, in any unit."""
 
 MOTION_OF = {"C": "closing", "O": "opening"}
