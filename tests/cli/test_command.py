@@ -11,7 +11,7 @@ from tests.cli.conftest import written
 HEAVY = {"torch", "numba", "xarray", "scipy", "pandas", "zarr", "matplotlib", "numpy"}
 RULES = "model.parameters model.limits records.files configuration.loading workflow.jobs"
 # Each takes 0.1 to 1 s to load, and the first result is to be there in one second.
-UNUSED = {"torch", "matplotlib", "zarr", "snakemake", "xarray", "pandas"}
+UNUSED = {"torch", "numba", "matplotlib", "zarr", "snakemake", "xarray", "pandas"}
 UNUSED |= {"scipy.special", "scipy.ndimage", "scipy.signal"}
 UNUSED |= {f"breaker.records.formats.{name}" for name in ("comtrade", "excel", "lines", "netcdf")}
 

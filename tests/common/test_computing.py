@@ -22,24 +22,12 @@ def test_it_is_kept_for_later_processes(tmp_path, monkeypatch):
     assert compiled()(half)(3.0) == 1.5
 
 
-def test_what_is_compiled_late_gives_the_same(monkeypatch):
-    late = compiled(late=True)(half)
-    calls = compiled()(lambda x: late(x) + 1.0)  # compiled code calls it compiled
-    monkeypatch.setattr(type(late), "left", 10)
-    assert late(np.array([3.0])) == 1.5
-    assert "fast" not in vars(late)
-    assert late(np.ones(9))[0] == 0.5
-    assert "fast" in vars(late)
-    assert calls(3.0) == 2.5
-
-
-@pytest.mark.parametrize("late", [False, True])
 @pytest.mark.parametrize("numba_is_there", [False, True])
-def test_loops_and_divisions_are_those_of_numpy(monkeypatch, numba_is_there, late):
+def test_loops_and_divisions_are_those_of_numpy(monkeypatch, numba_is_there):
     if not numba_is_there:
         monkeypatch.setitem(sys.modules, "numba", None)
 
-    @compiled(late=late)
+    @compiled()
     def total(values):
         result = 0.0
         for value in values:
@@ -47,6 +35,6 @@ def test_loops_and_divisions_are_those_of_numpy(monkeypatch, numba_is_there, lat
         return result
 
     assert total(np.arange(5.0)) == 30.0
-    ratio = compiled(late=late)(lambda a, b: a / b)
+    ratio = compiled()(lambda a, b: a / b)
     assert ratio(1.0, 0.0) == np.inf
     assert np.isnan(ratio(np.float64(0.0), np.float64(0.0)))

@@ -23,15 +23,15 @@ def change_of(before, after):
 
 def test_measured_records_are_seen_as_those_of_the_training(bank, monkeypatch):
     """The test measures the samples of the records that the training makes."""
-    samples, true, record = [], training_records.normalise, training_records._record.py_func
+    samples, true, record = [], training_records._motion_of, training_records._record.py_func
 
-    def written(out, step, *rest):
-        numbers = true(out, step, *rest)
+    def written(out, step):
+        numbers = true(out, step)
         if 0.2 < numbers[3] < 5.0 and numbers[1] > 0.3:
             samples.append((out.copy(), step, numbers[2] - 1.5 * numbers[3]))
         return numbers
 
-    monkeypatch.setattr(training_records, "normalise", written)
+    monkeypatch.setattr(training_records, "_motion_of", written)
     monkeypatch.setattr(training_records, "_record", record)
     rows = ChangeRows(bank.isel(drive=slice(DRIVES)), noise=(3e-4, 3e-3), odd=())
     order = np.array([[0] * DRIVES, [1] * DRIVES])

@@ -5,7 +5,6 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from breaker.configuration.loading import defaults, load, read
-from breaker.model.parameters import MOTIONS
 
 # The workflow's configuration in a project's folder; the second file overrides the first.
 ADVANCED, PROJECT = Path("config/advanced.yaml"), Path("config/config.yaml")
@@ -32,6 +31,8 @@ def limits_of(config: Mapping, overlays: Sequence[str]) -> list:
 
 def add_choice(command: argparse.ArgumentParser) -> None:
     """Add the options that choose among the records of a command's files."""
+    from breaker.model.parameters import MOTIONS  # loads numpy, after the number of threads is set
+
     command.add_argument("--motion", choices=MOTIONS, help="use only this motion")
     command.add_argument("--channel", default="", metavar="NAME", help="column of travel")
     add_type(command)
@@ -49,6 +50,7 @@ def add_type(command: argparse.ArgumentParser) -> None:
 
 def choice_of(options: argparse.Namespace):
     """Return the ``Choice`` of the options of ``add_choice``."""
+    from breaker.model.parameters import MOTIONS
     from breaker.records.named import Choice
 
     channels = [options.channel] if options.channel else []

@@ -7,7 +7,7 @@ import re
 from collections.abc import Sequence
 from pathlib import Path
 
-from breaker.common.compiling import np
+import numpy as np
 
 
 def in_digits(value: float, digits: int, *, sign: bool = False) -> str:

@@ -11,8 +11,9 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import NamedTuple
 
+import numpy as np
+
 from breaker import __version__
-from breaker.common.compiling import np
 
 _REMEDY = "train it again"
 # Errors raised by settings or tensors that do not describe a model.

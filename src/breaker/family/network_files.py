@@ -9,7 +9,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from breaker.common.compiling import np
+import numpy as np
+
 from breaker.common.tensor_file import settings_of, write_model
 
 

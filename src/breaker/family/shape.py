@@ -10,16 +10,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from breaker.common.compiling import compiled
-
 SHAPE_STEP = 0.1  # durations
 SHAPE_TIMES = SHAPE_STEP * np.arange(-20, 101)
 """Times of the grid, ``(g,)``: after 10 % of the travel, in durations."""
 
 LEVELS = 0.1, 0.5  # shares of the travel, between which the duration is measured
 WINDOW = -2.9, 9.7  # durations after 10 % of the travel: the part of a record for networks
-
-_fast = compiled(late=True)
 
 _RESTS = 2.0, 7.0  # durations before and after 10 % of the travel, beyond which a drive rests
 _SMOOTH = 0.2  # durations, over which travel is averaged, so that noise crosses no level twice
@@ -63,13 +59,19 @@ def shape_of(travel: np.ndarray, step: float, like: Shape | None = None) -> Shap
         step: Time between samples, ms.
         like: Shape whose stroke and duration are the units; those of the record if None.
     """
+    travel = np.asarray(travel, dtype=np.float64)
+    motion = motion_of(travel, step)
+    if not motion[1] > 0.0:
+        return None
     way, present = np.empty(SHAPE_TIMES.size), np.empty(SHAPE_TIMES.size, dtype=np.bool_)
-    units = (0.0, 0.0) if like is None else (like.stroke, like.duration)
-    numbers = normalise(np.asarray(travel, dtype=np.float64), step, units, way, present)
-    return Shape(way, present, *numbers) if numbers[3] > 0.0 else None
+    units = (motion[1], motion[3]) if like is None else (like.stroke, like.duration)
+    average(travel, step, motion, units, way, present)
+    return Shape(way, present, *motion[:4])
 
 
-@_fast
+# ---- functions that training compiles, and inference runs as they are ---------------------------
+
+
 def effective_noise(noise_sd, colour, step):
     """Return the sd of noise after the average over a step of the grid, from the sd of samples, the
     correlation of neighbours, ``colour``, and the step between samples, in durations.
@@ -78,108 +80,66 @@ def effective_noise(noise_sd, colour, step):
     return noise_sd * np.sqrt(min(1.0, share))
 
 
-@_fast
-def normalise(travel, step, like, way, present):
-    """Write ``way`` and ``present`` of ``shape_of``; return rest, stroke, origin and duration, 0
-    without a motion. ``like`` is stroke and duration of another record, or zeros.
+def motion_of(travel, step):
+    """Return rest, stroke, origin and duration as in ``Shape``, and the first and the next after
+    the last known sample for the networks; zeros without a motion.
     """
     known = np.flatnonzero(~np.isnan(travel))
     time, value, n = known * step, travel[known], known.size
+    begin, end, origin, duration = 0, n, 0.0, 0.0
     if n < 4 * _FEWEST:
-        return 0.0, 0.0, 0.0, 0.0
-    low, high = _mean(value[:_FEWEST]), _mean(value[n - max(_FEWEST, n // 20) :])
-    origin = duration = 0.0
-    begin, end = 0, n
+        return 0.0, 0.0, 0.0, 0.0, 0, 0
+    low, high = value[:_FEWEST].mean(), value[n - max(_FEWEST, n // 20) :].mean()
     window = max(1, n // 60)
+    sums = np.concatenate((np.zeros(1), value.cumsum()))
     for _ in range(_ROUNDS):
         before = low, high, window
-        origin, duration = _rise(time, value, low, high, window)
-        if not duration > 0.0:
-            return 0.0, 0.0, 0.0, 0.0
+        first = np.maximum(np.arange(n) - window // 2, 0)
+        last = np.minimum(np.arange(n) + window // 2 + 1, n)
+        smooth = (sums[last] - sums[first]) / (last - first)
+        lower, upper = low + LEVELS[0] * (high - low), low + LEVELS[1] * (high - low)
+        rises = np.flatnonzero((smooth[1:] >= upper) & (smooth[:-1] < upper)) + 1
+        leaves = np.flatnonzero(smooth[: rises[0] if rises.size else 0] < lower) + 1
+        if high <= low or not leaves.size:
+            return 0.0, 0.0, 0.0, 0.0, 0, 0
+        i, j = leaves[-1], rises[0]  # samples after the last departure, and after the arrival
+        share = (lower - smooth[i - 1]) / (smooth[i] - smooth[i - 1])
+        origin = time[i - 1] + share * (time[i] - time[i - 1])
+        share = (upper - smooth[j - 1]) / (smooth[j] - smooth[j - 1])
+        duration = time[j - 1] + share * (time[j] - time[j - 1]) - origin
         window = max(1, round(_SMOOTH * duration / step))
         begin = min(np.searchsorted(time, origin + WINDOW[0] * duration), n - _FEWEST)
         end = max(np.searchsorted(time, origin + WINDOW[1] * duration), begin + _FEWEST)
         rests = np.searchsorted(time, origin - _RESTS[0] * duration)
         arrived = np.searchsorted(time, origin + _RESTS[1] * duration)
-        low = _mean(value[begin : max(begin + _FEWEST, rests)])
-        high = _mean(value[min(arrived, end - max(_FEWEST, (end - begin) // 20)) : end])
+        low = value[begin : max(begin + _FEWEST, rests)].mean()
+        high = value[min(arrived, end - max(_FEWEST, (end - begin) // 20)) : end].mean()
         if before == (low, high, window):
             break
-    stroke = high - low
-    if not stroke > 0.0:
-        return 0.0, 0.0, 0.0, 0.0
-    length = like[0] if like[0] > 0.0 else stroke
-    unit = like[1] if like[1] > 0.0 else duration
-    gap = max(_GAP * unit, 2.5 * step)
-    _averages(time[begin:end], value[begin:end], origin, unit, gap, way, present)
-    for j in range(way.size):
-        way[j] = (way[j] - low) / length
-    return low, stroke, origin, duration
+    return low, max(high - low, 0.0), origin, duration, begin, end
 
 
-@_fast
-def _mean(values):
-    """Return the mean by a sum in order, equal to the last digit if compiled or not."""
-    return values.cumsum()[-1] / values.size
+def average(travel, step, motion, like, way, present):
+    """Write ``way`` and ``present`` of ``Shape``: means of the line through samples over steps of
+    the grid; present is a step within the record, and between samples that are near each other.
 
-
-@_fast
-def _rise(time, value, low, high, window):
-    """Return the time at which the averaged record last leaves the lower level, and the time from
-    there until it first reaches the upper level; zeros if it does not.
+    Args:
+        travel, step: As in ``shape_of``.
+        motion: Result of ``motion_of`` with a stroke above 0.
+        like: Stroke and duration that are the units.
     """
-    n, total, half = value.size, 0.0, window // 2
-    smooth, begin, end = np.empty(n), 0, 0
-    for i in range(n):
-        while end < min(n, i + half + 1):
-            total, end = total + value[end], end + 1
-        while begin < i - half:
-            total, begin = total - value[begin], begin + 1
-        smooth[i] = total / (end - begin)
-    lower, upper = low + LEVELS[0] * (high - low), low + LEVELS[1] * (high - low)
-    last = 1
-    while last < n and not (smooth[last] >= upper and smooth[last - 1] < upper):
-        last += 1
-    first = last if last < n else 0
-    while first > 0 and not smooth[first - 1] < lower:
-        first -= 1
-    if first == 0:
-        return 0.0, 0.0
-    begins, ends = _crossing(time, smooth, first, lower), _crossing(time, smooth, last, upper)
-    return begins, ends - begins
-
-
-@_fast
-def _crossing(time, smooth, i, level):
-    """Return the time at which travel crosses a level between samples i - 1 and i."""
-    rise = smooth[i] - smooth[i - 1]
-    share = (level - smooth[i - 1]) / rise if rise > 0.0 else 1.0
-    return time[i - 1] + share * (time[i] - time[i - 1])
-
-
-@_fast
-def _averages(time, value, origin, duration, gap, way, present):
-    """Write the mean of the line through samples over each step of the grid, and whether the step
-    has samples: it is within the record, and between samples within ``gap`` of each other.
-    """
-    n, i = value.size, 0
-    last, area, total = -np.inf, 0.0, 0.0
-    for j in range(2 * way.size):
-        edge = origin + duration * (SHAPE_TIMES[j // 2] + (0.5 if j % 2 else -0.5) * SHAPE_STEP)
-        while i < n - 1 and time[i + 1] <= edge:
-            total += 0.5 * (value[i] + value[i + 1]) * (time[i + 1] - time[i])
-            i += 1
-        if edge <= time[0]:
-            area = value[0] * (edge - time[0])
-        elif edge >= time[n - 1]:
-            area = total + value[n - 1] * (edge - time[n - 1])
-        else:
-            share = (edge - time[i]) / (time[i + 1] - time[i])
-            height = value[i] + share * (value[i + 1] - value[i])
-            area = total + 0.5 * (value[i] + height) * (edge - time[i])
-        if j % 2:
-            way[j // 2] = (area - last) / (SHAPE_STEP * duration)
-            middle, k = edge - 0.5 * SHAPE_STEP * duration, min(i, n - 2)
-            near = time[k + 1] - time[k] <= gap
-            present[j // 2] = time[0] <= middle <= time[n - 1] and near
-        last = area
+    low, _, origin, _, begin, end = motion
+    known = np.flatnonzero(~np.isnan(travel))[begin:end]
+    time, value, unit = known * step, travel[known], like[1]
+    edges = origin + unit * SHAPE_STEP * (np.arange(way.size + 1) - 0.5)
+    edges += unit * SHAPE_TIMES[0]
+    i = np.searchsorted(time, edges, side="right") - 1
+    i = np.minimum(np.maximum(i, 0), time.size - 2)
+    inside = np.minimum(np.maximum(edges, time[0]), time[-1])
+    height = value[i] + (inside - time[i]) / np.diff(time)[i] * np.diff(value)[i]
+    areas = np.concatenate((np.zeros(1), (0.5 * (value[1:] + value[:-1]) * np.diff(time)).cumsum()))
+    area = areas[i] + 0.5 * (value[i] + height) * (inside - time[i]) + height * (edges - inside)
+    way[:] = (np.diff(area) / (SHAPE_STEP * unit) - low) / like[0]
+    middle = edges[1:] - 0.5 * SHAPE_STEP * unit
+    near = np.diff(time)[i[1:]] <= max(_GAP * unit, 2.5 * step)
+    present[:] = (time[0] <= middle) & (middle <= time[-1]) & near

@@ -5,9 +5,10 @@ import numpy as np
 from breaker.common.compiling import compiled
 from breaker.family.bank import GRID
 from breaker.family.inputs import NormalisedRecords, Sensors
-from breaker.family.shape import effective_noise, normalise
+from breaker.family.shape import average, effective_noise, motion_of
 
 _fast = compiled()
+_motion_of, _average, _effective_noise = map(_fast, (motion_of, average, effective_noise))
 
 _TRIES = 20  # records of a curve without a motion, after which the curve is absent
 
@@ -65,16 +66,17 @@ def _record(curves, rng, sensors, strokes, durations, there, origins, ways, pres
             if rng.random() > sensors.gapless:
                 first = rng.integers(0, n)
                 out[first : min(n, first + int(rng.uniform(*sensors.gap) / step))] = np.nan
-            like = strokes[r], durations[r]
-            _, stroke, origin, duration = normalise(out[:n], step, like, ways[r], presents[r])
+            motion = _motion_of(out[:n], step)
+            _, stroke, origin, duration, _, _ = motion
             there[r] = 0.2 < duration < 5.0 and stroke > 0.3
             if there[r]:
                 break
         if there[r]:
-            sd = np.sqrt(noise * noise + quantum * quantum / 12.0)
             length = strokes[r] if strokes[r] > 0.0 else stroke
             unit = durations[r] if durations[r] > 0.0 else duration
-            sd = effective_noise(sd / length, colour, step / unit)
+            _average(out[:n], step, motion, (length, unit), ways[r], presents[r])
+            sd = np.sqrt(noise * noise + quantum * quantum / 12.0)
+            sd = _effective_noise(sd / length, colour, step / unit)
             origins[r] = begin + origin
             for k, number in enumerate((stroke, duration, sd, colour, step / duration)):
                 about[k][r] = number

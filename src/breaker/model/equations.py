@@ -26,7 +26,8 @@ This module loads without numpy, because checks of a configuration import it.
 
 from __future__ import annotations
 
-from breaker.common.compiling import np
+import numpy as np
+
 from breaker.model.parameters import split
 
 PRESSED = "f > k_a L"

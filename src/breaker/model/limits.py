@@ -13,7 +13,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from breaker.common.compiling import np
+import numpy as np
+
 from breaker.common.numerals import in_digits
 from breaker.model.parameters import MOTIONS
 from breaker.model.quantities import SPEEDS, Speed, check_quantity, quantities

@@ -28,7 +28,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from breaker.common.compiling import np
+import numpy as np
 
 
 @dataclass(frozen=True)

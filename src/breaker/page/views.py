@@ -16,7 +16,6 @@ import jinja2
 import yaml
 from markupsafe import Markup
 
-from breaker.common.compiling import compile_now
 from breaker.common.document import Table, html_part, tone_of
 from breaker.common.text import bare, visible_text
 from breaker.diagnosis.identity import nameplate
@@ -201,8 +200,7 @@ def _set(asked: Asked) -> Answer:
 
 
 def warm(session: Session) -> None:
-    """Import and compile the modules of an inspection while the user looks at the list."""
-    compile_now()
+    """Import the modules of an inspection while the user looks at the list."""
     with suppress(ValueError, OSError, StopIteration):
         file = next(name for name, path in session.files().items() if os.path.isfile(path))
         for name in ("inspection", "curves", "values", "model"):

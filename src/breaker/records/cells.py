@@ -11,7 +11,8 @@ import re
 from collections.abc import Sequence
 from contextlib import suppress
 
-from breaker.common.compiling import np
+import numpy as np
+
 from breaker.records.words import BESIDE, WORDS
 
 LARGEST_NUMBER = {"time": 1e16, "travel": 1e9, **dict.fromkeys(BESIDE, 1e40)}

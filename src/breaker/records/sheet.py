@@ -7,7 +7,8 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 
-from breaker.common.compiling import np
+import numpy as np
+
 from breaker.common.numerals import in_digits
 from breaker.records import words
 from breaker.records.cells import LARGEST_NUMBER

@@ -11,7 +11,8 @@ from contextlib import suppress
 from datetime import datetime
 from pathlib import Path
 
-from breaker.common.compiling import np
+import numpy as np
+
 from breaker.records.cells import columns_of_alike, strict_numbers
 from breaker.records.files import Opened, RejectedCurveError, check_lines, check_size
 from breaker.records.formats.text import encoding_of

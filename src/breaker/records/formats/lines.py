@@ -12,7 +12,8 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
-from breaker.common.compiling import np
+import numpy as np
+
 from breaker.records.cells import NOT_A_NUMBER, is_number, strict_numbers
 from breaker.records.dates import clock_of, dates_of, day_order, in_order
 from breaker.records.files import Opened, RejectedCurveError, check_lines, check_size

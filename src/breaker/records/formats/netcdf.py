@@ -10,7 +10,8 @@ import io
 from collections.abc import Mapping, Sequence
 from math import prod
 
-from breaker.common.compiling import np
+import numpy as np
+
 from breaker.records.files import Opened, RejectedCurveError, check_bytes, check_size
 from breaker.records.sheet import Sheet
 

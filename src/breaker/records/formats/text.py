@@ -13,7 +13,8 @@ from functools import cache
 from pathlib import Path
 from typing import NamedTuple
 
-from breaker.common.compiling import np
+import numpy as np
+
 from breaker.records import words
 from breaker.records.cells import (
     LARGEST_NUMBER,
