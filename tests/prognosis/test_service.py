@@ -4,12 +4,14 @@ import numpy as np
 import pytest
 import xarray as xr
 from scipy.integrate import cumulative_trapezoid
+from scipy.stats import weibull_min
 
 from breaker.configuration.loading import defaults
 from breaker.prognosis.forecast import Future
 from breaker.prognosis.service import days_per_operation, on_date, plan
 
 PLANNING, NAN = defaults()["planning"], np.nan
+LASTS = weibull_min(3).ppf((np.arange(100) + 0.5) / 100)
 
 
 def planned(lives, *, turns=np.inf, days=NAN, noticed_in=50.0, **settings):
@@ -24,21 +26,15 @@ def best(lives, **about):
     return planned(lives, **about)[0].item()
 
 
-def test_a_service_is_planned_where_it_costs_least_by_hand():
-    """A tenth of the drives lasts 300 operations more, the others 900; all are 1,000 old.
-
-    A failure costs 11 or 3 services: 1 / 1300 an operation at 300, 2 / 1840 just before 900.
-    """
-    lives = np.repeat([300.0, 900.0], [10, 90])
-    for ratio, left in ((11.0, 300.0), (3.0, 900.0)):
-        best, _, extra = planned(lives, service_cost=2.0, failure_cost=2.0 * ratio)
-        ahead = extra.ahead.values
-        fails = np.where(ahead < 300.0, 0.0, np.where(ahead < 900.0, 0.1, 1.0))
-        age = 1000.0 + cumulative_trapezoid(1.0 - fails, ahead, initial=0.0)
-        cost = (1.0 + (ratio - 1.0) * fails) / age
-        assert best == ahead[ahead < left][-1]
-        np.testing.assert_allclose(extra[0], (cost - cost.min()) * (1000.0 + ahead), atol=1e-9)
-    assert ahead[:2].tolist() == [0.0, 1.0]
+@pytest.mark.parametrize("ratio", [2.0, 3.0, 5.0, 11.0, 100.0])
+@pytest.mark.parametrize("lives", [np.repeat([300.0, 900.0], [10, 90]), 2000.0 * LASTS])
+def test_a_service_is_planned_where_an_operation_costs_least(lives, ratio):
+    """All drives are 1,000 operations old; a failure costs some services."""
+    ahead = np.append(0.0, np.geomspace(1.0, 10000.0, 159))
+    fails = (lives <= ahead[:, None]).mean(axis=1)
+    age = 1000.0 + cumulative_trapezoid(1.0 - fails, ahead, initial=0.0)
+    least = ahead[np.argmin((1.0 + (ratio - 1.0) * fails) / age)]
+    assert best(lives, service_cost=2.0, failure_cost=2.0 * ratio) == least
 
 
 def test_a_failure_that_is_near_counts_and_one_that_is_over_does_not():
@@ -62,7 +58,7 @@ def test_a_sudden_failure_before_the_next_inspection_is_a_risk():
     """One in two years, on average, with 200 operations in 2,000 days to the next inspection."""
     about = {"days": 10.0, "inspection": "200 operations", "sudden_failures": 0.5}
     for lasts, by_then in ((np.inf, 0.0), (100.0, 1.0)):
-        _, risk, _ = planned(np.full(100, lasts), **about)
+        _, risk = planned(np.full(100, lasts), **about)
         left = (1.0 - by_then) * np.exp(-0.5 * 2000.0 / 365.25)
         assert risk.item() == pytest.approx(1.0 - left, rel=1e-3)
 

@@ -13,7 +13,7 @@ from breaker.model.parameters import MOTIONS
 
 ROOT = Path(__file__).parents[2]
 # Of the drive, from all its motions.
-TOGETHER = {"verdict", "health", "service_cost", "remaining_life", "changepoint", "changes"}
+TOGETHER = {"verdict", "health", "remaining_life", "changepoint", "changes"}
 TOGETHER |= {*(f"{n}_table" for n in ("decisions", "limits", "changes", "fleet"))}
 PAGES = {
     path.stem: path

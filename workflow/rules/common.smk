@@ -155,7 +155,7 @@ def judged_family(origin, sources):
 FIGURES = ["prior_predictive", "loss", "sbc", "contraction", "recovery", "pairs"]
 FIGURES += ["posterior_predictive"]
 EXACT_FIGURES = ["sbc_reader", "exactness", "identifiability", "endurance_predictive", "evolution"]
-FIGURES_OF_LIFE = ["verdict", "health", "service_cost", "changepoint", "remaining_life", "changes"]
+FIGURES_OF_LIFE = ["verdict", "health", "changepoint", "remaining_life", "changes"]
 
 
 def of_paper(wildcards=None):

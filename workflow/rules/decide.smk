@@ -69,7 +69,6 @@ rule figures_life:
     output:
         verdict=page("figures/verdict.png", "0 Verdict", "verdict", "verdict"),
         health=page("figures/health.png", "6 Decisions", "health", "health"),
-        service_cost=page("figures/service_cost.png", "6 Decisions", "service cost", "service_cost"),
         changepoint=page("figures/changepoint.png", "6 Decisions", "change points", "changepoint"),
         remaining_life=page(
             "figures/remaining_life.png", "6 Decisions", "remaining life", "remaining_life"

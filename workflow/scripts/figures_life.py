@@ -1,4 +1,4 @@
-"""Draw the life of a drive: its limits, its changes, and the time and cost of a service."""
+"""Draw the life of a drive: its limits, its changes, and the operations left."""
 
 import json
 from pathlib import Path
@@ -7,14 +7,7 @@ import xarray as xr
 
 from breaker.common.zarr_store import open_store
 from breaker.family.endurance_truth import failure_times
-from breaker.figures.life import (
-    changepoint,
-    changes,
-    coverage,
-    health,
-    remaining_life,
-    service_cost,
-)
+from breaker.figures.life import changepoint, changes, coverage, health, remaining_life
 from breaker.figures.style import save
 from breaker.figures.verdict import verdict
 from breaker.model.limits import from_list
@@ -40,7 +33,6 @@ if files.truth:  # only for the simulated test
 
 save(verdict(life, standing, words["sentences"]), output.verdict)
 save(health(life, standing), output.health)
-save(service_cost(standing), output.service_cost)
 save(changepoint(life), output.changepoint)
 save(remaining_life(life, standing, true_life), output.remaining_life)
 save(changes(life, true_changes), output.changes)

@@ -1,4 +1,4 @@
-"""Health, cost of a service, operations left and changes, over the operations of a life.
+"""Health, operations left and changes, over the operations of a life.
 
 ``life`` is the result of ``forecast_of``, ``standing`` the result of ``states_of`` for it.
 """
@@ -16,7 +16,6 @@ from breaker.figures import panels as p
 from breaker.figures import style
 
 _KINDS = {"rate": "the wear changed its rate", "step": "a sudden fault", "event": "known work"}
-_FLAT = 0.1  # costs of a service; an operation this near the least cost is as good as the best
 
 
 @style.styled
@@ -49,69 +48,6 @@ def health(life: xr.Dataset, standing: xr.Dataset) -> Figure:
     style.title(figure, finding, "probability that each limit is exceeded", failed=over > 0)
     p.legend_below(figure, columns=4)
     return figure
-
-
-@style.styled
-def service_cost(standing: xr.Dataset) -> Figure:
-    """Draw one panel per known limit: cost of a service beyond the cost at the best operation."""
-    last = standing.isel(operation=-1)
-    over = last["certain"].notnull().values
-    known = last["extra"].notnull().all("ahead") & last["remaining"].notnull().all("quantile")
-    shown = np.flatnonzero(known.values & ~over)
-    if not shown.size:
-        why = "A limit is exceeded: service now." if over.any() else "Too little is known to draw."
-        return p.empty("No cost of a service can be drawn", why)
-    last = last.isel(limit=shown)
-    ends = [last.isel(limit=k) for k in range(shown.size)]
-    figure, axes = p.limit_panels(last, last["words"].values, height=2.7)
-    for axis, one in zip(axes, ends, strict=True):
-        _cost(axis, one)
-    p.label_outer(axes, "operation", "services beyond the least")
-    first = min(ends, key=_best)
-    now, (best, _, high) = float(first["operation"]), _best(first)
-    finding = f"Service is cheapest at operation {now + best:,.0f} ({first['limit'].item()}), "
-    finding += f"and costs at most {_FLAT:g} more until {now + high:,.0f}"
-    if np.isinf(best):
-        finding = f"As of operation {now:,.0f} nothing leads to a limit within the horizon"
-    # A limit exceeded with a probability of 5 % or more is due, whatever the cost of waiting.
-    due = bool(over.any() or (last["remaining"].isel(quantile=0) == 0.0).any())
-    finding = "Service now: a limit may be exceeded already" if due else finding
-    shows = "cost of a service by the operation at which it is done"
-    style.title(figure, p.spoken(finding), shows, failed=due)
-    p.legend_below(figure, columns=4)
-    return figure
-
-
-def _best(one: xr.Dataset) -> tuple[float, float, float]:
-    """Return operations ahead at which a service costs least, inf beyond the horizon, and the first
-    and last adjacent operations that are as good.
-    """
-    ahead, good = one["ahead"].values, one["extra"].values <= _FLAT
-    best = int(one["extra"].values.argmin())
-    before, after = np.flatnonzero(~good[:best]), np.flatnonzero(~good[best:])
-    first = before[-1] + 1 if before.size else 0
-    last = best + after[0] - 1 if after.size else len(ahead) - 1
-    least = np.inf if best == len(ahead) - 1 else ahead[best]
-    return float(least), float(ahead[first]), float(ahead[last])
-
-
-def _cost(axis: Axes, one: xr.Dataset) -> None:
-    """Draw the cost, the operations that are as good as the best, and the recommended service."""
-    now, ahead, extra = float(one["operation"]), one["ahead"].values, one["extra"].values
-    look = {"color": style.MODEL, "lw": 1.8, "label": "cost beyond that of the best operation"}
-    axis.plot(now + ahead, extra, **look)
-    _, low, high = _best(one)
-    label = f"within {_FLAT:g} services of the least"
-    axis.axvspan(now + low, now + high, color=style.CORRECTED, alpha=0.15, lw=0, label=label)
-    for value, color, label in (
-        (one["service_by"].item(), style.SERVICE, "service by"),
-        (now + one["remaining"].values[0], style.WARNING, "exceeded by here with 5 %"),
-    ):
-        if now < value < np.inf:
-            axis.axvline(value, color=color, lw=1.6, label=label)
-    end = 1.6 * high if high < ahead[-1] else ahead[-1]
-    axis.set(xlim=(now, now + max(end, 20.0)), ylim=(0.0, 1.2))
-    axis.xaxis.get_major_locator().set_params(integer=True)
 
 
 @style.styled

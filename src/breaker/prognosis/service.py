@@ -6,7 +6,7 @@ of an operation, ``(c + (d - c) P(t)) / (a + E(t))`` (age replacement: Barlow & 
 Mathematical Theory of Reliability, 1965). A failure counts if it is not detected before: a change
 of the rate is detected an interval of inspection and a quarter of the age after it.
 
-Shapes: ``o`` operations, ``a`` of them with forecasts, ``l`` limits, ``h`` operations ahead.
+Shapes: ``o`` operations, ``a`` of them with forecasts, ``l`` limits.
 """
 
 from collections.abc import Mapping
@@ -34,15 +34,14 @@ def interval_of(planning: Mapping, days: np.ndarray) -> np.ndarray:
 
 def plan(
     life: xr.Dataset, planning: Mapping, days: np.ndarray, age: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, xr.DataArray]:
+) -> tuple[np.ndarray, np.ndarray]:
     """Plan the service of each limit: ``days`` are days from one operation to the next, nan if
     unknown, and ``age`` operations since new or the last maintenance, ``(a,)``.
 
     Returns:
         Operations ahead at which a service costs least, ``(a, l)``; inf beyond the horizon. The
         probability to exceed the limit or to fail suddenly before the next inspection, ``(a, l)``.
-        Additional cost of a service at some operations ahead of the last operation, relative to the
-        best, ``(l, h)``, in services. All are nan where nothing is known.
+        Both are nan where nothing is known.
     """
     lives, interval = life.lives.values, interval_of(planning, days)
     ahead = np.append(0.0, np.geomspace(1.0, life.attrs["horizon"], _AHEAD - 1))
@@ -50,7 +49,6 @@ def plan(
     unseen = np.where(lives < seen[:, None], lives, np.inf)
     dearer = planning["failure_cost"] / planning["service_cost"] - 1.0
     best = np.full(lives.shape[:2], np.nan)
-    extra = np.full((lives.shape[1], len(ahead)), np.nan)
     for i, j in np.argwhere(~np.isnan(lives).any(axis=-1)):
         cost = ahead
         coming = np.sort(unseen[i, j][lives[i, j] > 0.0])  # exceeded draws cannot be prevented
@@ -60,14 +58,11 @@ def plan(
             cost = (1.0 + dearer * fails) / (age[i] + np.append(0.0, made))  # of an operation
         least = cost.argmin()
         best[i, j] = np.inf if least == len(ahead) - 1 else ahead[least]
-        if i == len(lives) - 1:
-            extra[j] = (cost - cost[least]) * (age[i] + ahead)
     by_then = (lives <= interval[:, None, None]).mean(axis=-1)
     with np.errstate(invalid="ignore"):
         sudden = np.nan_to_num(planning["sudden_failures"] * days / YEAR) * interval
     risk = 1.0 - (1.0 - by_then) * np.exp(-sudden)[:, None]
-    extra = xr.DataArray(extra, {"ahead": ahead}, ("limit", "ahead"))
-    return best, np.where(np.isnan(best), np.nan, risk), extra
+    return best, np.where(np.isnan(best), np.nan, risk)
 
 
 def days_per_operation(operations: np.ndarray, days: np.ndarray) -> np.ndarray:

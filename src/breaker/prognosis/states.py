@@ -52,8 +52,7 @@ def states_of(life: xr.Dataset, planning: Mapping) -> xr.Dataset:
         ``quantile``, operations; ``risk``, as of ``service.plan``. Over ``operation``:
         ``drive_state`` and ``drive_since``; ``subject``, the limit that decides the state (-1
         without one); ``days`` between operations. Over ``limit``: ``certain`` and ``crossed``, the
-        operations from which the limit is exceeded certainly or probably, nan if not; over
-        ``ahead``, ``extra``, as of ``service.plan``.
+        operations from which the limit is exceeded certainly or probably, nan if not.
     """
     asked, operations = life.asked.values, life.operation.values
     dated = days_of(life.date.values) if "date" in life else np.full(len(operations), np.nan)
@@ -63,7 +62,7 @@ def states_of(life: xr.Dataset, planning: Mapping) -> xr.Dataset:
     last = np.searchsorted(asked, operations, side="right") - 1
     then = days[np.searchsorted(operations, asked)]
     age = np.maximum(asked - np.append(operations[0], events)[spell], 1.0)
-    best, risk, extra = plan(life, planning, then, age)
+    best, risk = plan(life, planning, then, age)
     state, by = _judged(life, _ahead(life, planning, then, age), best, spell)
     shown = (last >= 0) & (spell[last] == np.searchsorted(events, operations, side="right"))
     show = shown[:, None]  # the last forecast counts until a maintenance
@@ -85,7 +84,6 @@ def states_of(life: xr.Dataset, planning: Mapping) -> xr.Dataset:
         "risk": (both, np.where(show, risk[last], np.nan)),
         "certain": ("limit", certain),
         "crossed": ("limit", np.where(np.isnan(certain), np.nan, crossed)),
-        "extra": extra,
         "drive_state": ("operation", drive[:, 0].astype(np.int8)),
         "drive_since": ("operation", _since(drive >= STATES.index("planned"), operations)[:, 0]),
         "subject": ("operation", _subject(state, by, left[..., 1])),
