@@ -1,6 +1,6 @@
 """Numbers stated by the README and the pages in docs/, from the tables of this run.
 
-Needs the tables of validation and exactness, and the stores and decisions of the endurance test.
+Needs the tables of validation and exactness, and the stores of the endurance test.
 Makes one flat table. With the default configuration it is compared with docs/numbers.csv, the
 source of the texts; `make numbers` renews both.
 """
@@ -19,9 +19,6 @@ rule numbers:
         family=expand("results/endurance/{motion}_family.zarr", motion=MOTIONS),
         predictive=expand("results/endurance/{motion}_predictive.zarr", motion=MOTIONS),
         truth=TRUTH,
-        life="results/life.zarr",
-        limits="results/limits.csv",
-        decisions="results/decisions.csv",
         code=code("collect_numbers"),
     output:
         "results/numbers.csv",
@@ -33,8 +30,6 @@ rule numbers:
         "../../envs/breaker.yaml"
     params:
         motions=MOTIONS,
-        limits=config["limits"],
-        speeds=SPEEDS,
         stated="docs/numbers.csv" if STATED else None,
     script:
         "../scripts/collect_numbers.py"

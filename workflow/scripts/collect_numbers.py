@@ -3,10 +3,7 @@
 import pandas as pd
 
 from breaker.common.zarr_store import open_store
-from breaker.family.endurance_truth import failure_times
-from breaker.model.limits import from_list
-from breaker.model.quantities import speeds_of
-from breaker.paper.run_numbers import numbers_of_life, numbers_of_motion
+from breaker.paper.run_numbers import numbers_of_motion
 from breaker.workflow.jobs import start
 
 log = start(snakemake)
@@ -25,12 +22,6 @@ for i, motion in enumerate(params.motions):
         truth=open_store(files.truth).sel(motion=motion) if files.truth else None,
     )
     collected |= {f"{motion}.{name}": value for name, value in numbers.items()}
-
-limits = from_list(params.limits, params.motions, speeds_of(params.speeds))
-truth = open_store(files.truth).load() if files.truth else None
-tables = (pd.read_csv(file) for file in (files.limits, files.decisions))
-ends = failure_times(truth, limits) if truth is not None else {}
-collected |= numbers_of_life(open_store(files.life), *tables, ends)
 
 log.info("%d numbers", len(collected))
 pd.Series(collected, name="value").rename_axis("name").to_csv(snakemake.output[0])

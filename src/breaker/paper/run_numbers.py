@@ -5,7 +5,6 @@ The numbers form a flat table with one name per number, rounded as texts state i
 default run.
 """
 
-from collections.abc import Mapping
 from itertools import combinations
 
 import numpy as np
@@ -40,49 +39,28 @@ def numbers_of_motion(
             the paper's network.
         predictive: Predicted records at a few stages, with ``share_inside (stage)``.
         family: The same records, with posteriors by the family's network.
-        truth: True parameters of the simulated test, ``value (operation, parameter)``, and the
-            largest ``difference (operation)`` of its curves from the model's, mm; None for
+        truth: True parameters of the simulated test, ``value (operation, parameter)``; None for
             measured records.
     """
     used = operations.isel(operation=np.flatnonzero(operations.accepted.values))
+    network = quality[quality.posterior == "amortised"].set_index("output")
+    exact = exactness.iloc[0]
     inside = prior_check(prior.travel.values, used.travel.values).inside
     numbers = {
-        **_of_quality(quality[quality.posterior == "amortised"].set_index("output")),
-        **_of_exactness(exactness.iloc[0]),
+        **_each("contraction", network.contraction[list(NAMES)], 2),
+        **_ends("coverage_95", 100 * network.coverage_95),
+        "calibration_p": _p(family_p_value(network.calibration_p)),
+        "efficiency_median": _written(100 * exact.efficiency_median, 0),
+        "efficiency_lowest": _written(100 * exact.efficiency_lowest, 0),
+        "gap": _written(exact.gap_nats, 2),
         **_of_correlations(validation.draws.sel(output=list(NAMES)).values),
         "prior_inside": _written(100 * inside.mean(), 0),
         "misfit": _written(100 * used.misfit.values.mean(), 0),
-        **_ends("inside", 100 * predictive.share_inside.values, 0),
+        **_ends("inside", 100 * predictive.share_inside.values),
     }
     if truth is not None:
         numbers |= _of_simulated_test(truth, blocks_of(operations), blocks_of(family))
     return numbers
-
-
-def _of_quality(network: pd.DataFrame) -> dict[str, str]:
-    """Return contraction and calibration of the network's posteriors, by output."""
-    return {
-        **_each("contraction", network.contraction, 2),
-        **_ends("z_sd", network.z_sd, 2),
-        **_ends("coverage_95", 100 * network.coverage_95, 0),
-        "shortfall": _written(network.shortfall.max(), 2),
-        "calibration_p": _p(family_p_value(network.calibration_p)),
-        "calibration_p_files": _p(family_p_value(network.calibration_p_reader)),
-        **{f"calibration_p_files.{n}": _p(x) for n, x in network.calibration_p_reader.items()},
-    }
-
-
-def _of_exactness(row: pd.Series) -> dict[str, str]:
-    """Return the network's divergence from exact posteriors, and the number of resolved ones."""
-    return {
-        "efficiency_median": _written(100 * row.efficiency_median, 0),
-        "efficiency_lowest": _written(100 * row.efficiency_lowest, 0),
-        "gap": _written(row.gap_nats, 2),
-        "gap_se": _written(row.gap_se, 2),
-        "c2st": _written(row.c2st_median, 2),
-        "curves": _written(row.corrected_curves, 0),
-        "curves_resolved": _written(row.resolved * row.corrected_curves, 0),
-    }
 
 
 def _of_correlations(draws: np.ndarray) -> dict[str, str]:
@@ -94,39 +72,17 @@ def _of_correlations(draws: np.ndarray) -> dict[str, str]:
 
 
 def _of_simulated_test(truth: xr.Dataset, paper: xr.Dataset, family: xr.Dataset) -> dict[str, str]:
-    """Return differences from the model, coverage in blocks, and changes of parameters, percent."""
-    ends = _ends("difference", truth.difference, 1)
-    true = moved(truth_in_blocks(paper, truth.value))
-    ends |= _each("true_change", pd.Series(true, NAMES), 1)
+    """Return coverage in blocks, and changes of parameters, percent."""
+    numbers = _each("true_change", moved(truth_in_blocks(paper, truth.value)), 1)
+    numbers |= _each("paper_change", moved(paper["value"].sel(quantile=0.5).values), 1)
     for by, blocks in (("paper", paper), ("family", family)):
-        shares = 100 * held(blocks, truth.value)
-        changes = moved(blocks["value"].sel(quantile=0.5).values)
-        ends |= _each(f"{by}_holds", pd.Series(shares, NAMES), 0)
-        ends |= _each(f"{by}_change", pd.Series(changes, NAMES), 1)
-    return ends
-
-
-def numbers_of_life(
-    life: xr.Dataset, limits: pd.DataFrame, decisions: pd.DataFrame, failures: Mapping[str, float]
-) -> dict[str, str]:
-    """Return the operations at which a life changed, each limit was exceeded, and a service was
-    planned; ``failures`` are true operations by limit, none for measured records.
-    """
-    numbers = {"changes": life.sizes["change"]}
-    numbers |= {f"change_{i}": item for i, item in enumerate(life.noticed.values, start=1)}
-    numbers |= {f"{name}.failure": operation for name, operation in failures.items()}
-    exceeded = limits.drop_duplicates("limit").set_index("limit").certain
-    numbers |= {f"{name}.exceeded": operation for name, operation in exceeded.items()}
-    planned = decisions[decisions.state.isin(["planned", "due"]) & decisions.service_by.notna()]
-    if len(planned):
-        numbers["first_plan"] = planned.operation.iloc[0]
-        numbers["service_moves"] = (planned.service_by.diff().fillna(0) != 0).sum()
-    return {name: _written(value, 0) for name, value in numbers.items() if pd.notna(value)}
+        numbers |= _each(f"{by}_holds", 100 * held(blocks, truth.value), 0)
+    return numbers
 
 
 def _written(value: float, digits: int) -> str:
-    """Write a number with ``digits`` decimals, never -0; an integer with thousands separators."""
-    return f"{round(float(value), digits) + 0.0:{'' if digits else ','}.{digits}f}"
+    """Write a number with ``digits`` decimals, never -0."""
+    return f"{round(float(value), digits) + 0.0:.{digits}f}"
 
 
 def _p(value: float) -> str:
@@ -134,13 +90,15 @@ def _p(value: float) -> str:
     return np.format_float_positional(float(value), precision=2, fractional=False, trim="-")
 
 
-def _each(name: str, values: pd.Series, digits: int) -> dict[str, str]:
-    return {f"{name}.{key}": _written(value, digits) for key, value in values.items()}
+def _each(name: str, values: ArrayLike, digits: int) -> dict[str, str]:
+    """Write a value for each parameter."""
+    both = zip(NAMES, values, strict=True)
+    return {f"{name}.{key}": _written(value, digits) for key, value in both}
 
 
-def _ends(name: str, values: ArrayLike, digits: int) -> dict[str, str]:
+def _ends(name: str, values: ArrayLike) -> dict[str, str]:
     ends = {"lowest": np.min(values), "highest": np.max(values)}
-    return {f"{name}.{end}": _written(value, digits) for end, value in ends.items()}
+    return {f"{name}.{end}": _written(value, 0) for end, value in ends.items()}
 
 
 # ---- blocks of operations ------------------------------------------------------------------------
