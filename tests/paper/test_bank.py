@@ -39,8 +39,6 @@ def test_content(shard, sensor, motion, monkeypatch):
     theta, onset = bank.parameters.values, bank.onset.values
     expected = travel(theta, sensor.times, motion, onset=onset)
     np.testing.assert_array_equal(bank.travel, expected.travel.astype(np.float32))
-    np.testing.assert_array_equal(bank.switching_time, expected.switching)
-    np.testing.assert_array_equal(bank.reopening, expected.reopening)
     assert np.all(Prior.supported(theta))
 
 
@@ -59,7 +57,7 @@ def test_shards_keep_their_order_and_have_to_fit(shard, tmp_path):
     for item, path in zip(shards, paths, strict=True):
         save(item, path)
     bank = open_bank([paths[2], paths[0], paths[1]])
-    for variable in ("travel", "parameters", "onset", "switching_time", "reopening"):
+    for variable in ("travel", "parameters", "onset"):
         expected = np.concatenate([shards[number][variable] for number in (2, 0, 1)])
         np.testing.assert_array_equal(bank[variable], expected)
     assert len(np.unique(bank.parameters[:, 0])) == 3 * 64

@@ -13,7 +13,7 @@ import numpy as np
 import xarray as xr
 
 from breaker.common.zarr_store import open_store
-from breaker.model.curves import Motion, blocks
+from breaker.model.curves import blocks
 from breaker.model.sensor import Sensor
 from breaker.paper.joint_model import Model
 
@@ -26,30 +26,23 @@ def simulate(model: Model, n: int, rng: np.random.Generator) -> xr.Dataset:
 
     Returns:
         Dataset with dims ``curve`` (n), ``time`` (t), ``parameter`` (p): noise-free ``travel``
-        (mm), ``parameters``, ``onset`` (ms), ``switching_time`` (ms after the onset, inf if not
-        within the record) and ``reopening`` (contact force zero again after the touch). Your own
-        simulator gives ``inf`` and false for the last two.
+        (mm), ``parameters`` and ``onset`` (ms).
     """
     motion, times = model.motion, model.sensor.times
     theta, onset = model.sample(n, rng)
-    curves = Motion(np.empty((n, len(times)), _TRAVEL_DTYPE), np.empty(n), np.empty(n, np.bool_))
+    travel = np.empty((n, len(times)), _TRAVEL_DTYPE)
     bad = 0
     for rows in blocks(n):  # only one block at a time is in double precision
-        block = model.simulate(theta[rows], onset[rows], rng)
-        for all_rows, part in zip(curves, block, strict=True):
-            all_rows[rows] = part
-        bad += np.count_nonzero(~np.isfinite(block.travel).all(axis=1))
-        del block
+        travel[rows] = model.simulate(theta[rows], onset[rows], rng)
+        bad += np.count_nonzero(~np.isfinite(travel[rows]).all(axis=1))
     if bad:
         raise FloatingPointError(f"{bad} of {n} simulated {motion} curves are not finite")
     parameters = model.outputs[: theta.shape[1]]
     return xr.Dataset(
         {
-            "travel": (("curve", "time"), curves.travel, {"unit": "mm"}),
+            "travel": (("curve", "time"), travel, {"unit": "mm"}),
             "parameters": (("curve", "parameter"), theta),
             "onset": ("curve", onset, {"unit": "ms"}),
-            "switching_time": ("curve", curves.switching, {"unit": "ms"}),
-            "reopening": ("curve", curves.reopening),
         },
         coords={
             "time": ("time", times, {"unit": "ms"}),

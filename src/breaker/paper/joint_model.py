@@ -19,7 +19,7 @@ import xarray as xr
 
 from breaker.common.named_functions import load
 from breaker.common.randomness import generator
-from breaker.model.curves import Motion, sensitivity, too_fast, travel
+from breaker.model.curves import sensitivity, too_fast, travel
 from breaker.model.equations import PRESSED, pressed
 from breaker.model.parameters import MOTIONS, NAMES, ONSET, PARAMETERS, Parameter
 from breaker.model.prior import Prior
@@ -165,13 +165,13 @@ class Model:
 
     def simulate(
         self, theta: np.ndarray, onset: np.ndarray | float, rng: np.random.Generator | None = None
-    ) -> Motion:
-        """Simulate motions of parameters ``(n, p)`` and onsets ``(n,)``, without noise; ``rng`` is
-        for your own simulator if its curves are random.
+    ) -> np.ndarray:
+        """Return curves ``(n, t)``, mm, of parameters ``(n, p)`` and onsets ``(n,)`` without noise;
+        ``rng`` is for your own simulator if its curves are random.
         """
         times = self.sensor.times
         if not self.simulator:
-            return travel(theta, times, self.motion, onset=onset)
+            return travel(theta, times, self.motion, onset=onset).travel
         rng = rng if rng is not None else generator(0, "simulator")
         curves = np.asarray(self.simulator(theta, times, self.motion, rng), dtype=np.float64)
         if curves.shape != (len(theta), times.size):
@@ -179,7 +179,7 @@ class Model:
                 f"the simulator must return curves of shape {(len(theta), times.size)}, not "
                 f"{curves.shape}"
             )
-        return Motion(curves, np.full(len(theta), np.inf), np.zeros(len(theta), dtype=bool))
+        return curves
 
     def try_out(self) -> None:
         """Raise a ValueError if your own functions return wrong shapes, values that are not finite,
@@ -194,7 +194,7 @@ class Model:
                     "never closes. Draw these again, as docs/examples/own_prior.py does"
                 )
         theta, onset = self.sample(5, rng)
-        if not np.isfinite(self.simulate(theta, onset, rng).travel).all():
+        if not np.isfinite(self.simulate(theta, onset, rng)).all():
             raise ValueError("the simulator must return finite curves")
         log_prob = getattr(getattr(self.prior, "prior", None), "log_prob", None)
         if log_prob and np.shape(log_prob(theta)) != (5,):
@@ -204,7 +204,7 @@ class Model:
         """Return the curves of outputs ``(n, q)``, ``(n, t)``, mm, without noise."""
         p = len(self.parameters)
         onset = values[:, p] if self.sensor.infers_onset else 0.0
-        return self.simulate(values[:, :p], onset, rng).travel
+        return self.simulate(values[:, :p], onset, rng)
 
     def standardise(self, values: np.ndarray) -> np.ndarray:
         """Map outputs ``(..., q)`` in physical units to standardised ones."""
