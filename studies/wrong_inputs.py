@@ -271,11 +271,13 @@ def two_serials(case: Case, wrong: bool) -> Commands:
 
 
 def swapped_motions(case: Case, wrong: bool) -> Commands:
-    """Put closings in the folder of openings, and openings in that of closings."""
+    """State in the table of a folder that closings are openings, and openings are closings."""
     plain = case.write("plain.csv", case.record("closing"))
+    rows = ["file,motion,operation"]
     for number, motion in ((n, m) for n in (1, 2) for m in OTHER):
-        name = f"op/{OTHER[motion] if wrong else motion}/operation_{number}.csv"
-        case.write(name, case.record(motion))
+        file = case.write(f"op/{motion}_{number}.csv", case.record(motion))
+        rows.append(f"{file.name},{OTHER[motion] if wrong else motion},{number}")
+    (case.folder / "op/operations.csv").write_text("\n".join(rows), encoding="utf-8")
     return [["infer", case.folder / "op", "--json"], ["inspect", plain]][::-1]
 
 

@@ -54,23 +54,7 @@ def test_a_file_that_cannot_be_inspected(folder, shown):
     assert "travel_column: travel" in shown("a.csv", "--channel", "force", status=1).err
 
 
-def test_a_folder_of_numbered_files_is_checked(folder, prior, shown):
-    for motion, name in (("closing", "a.csv"), ("opening", "open.csv")):
-        (folder / "own" / motion).mkdir(parents=True)
-        shutil.copy(folder / name, folder / "own" / motion / "operation_1.csv")
-    rows = [row.split()[:5] for row in shown("own").out.splitlines()]
-    assert ["closing", "1", "1", "0", "0"] in rows  # listed, accepted, with remarks, rejected
-    written(folder / "own" / "opening" / "operation_1.csv", prior, "closing")
-    out, err = shown("own", status=1)
-    assert ["opening", "1", "0", "0", "1"] in [row.split()[:5] for row in out.splitlines()]
-    assert err == ""
-    table = folder / "own/operations.csv"
-    shown("own", "--channels", "A", "B", "--output", str(table))
-    (operation,) = list_operations(folder / "own", "closing", phase="B")
-    assert (operation.number, operation.channel) == (1, "B")
-
-
-def test_a_folder_without_a_table_has_one_proposed_and_is_then_checked(folder, shown):
+def test_a_folder_without_a_table_has_one_proposed_and_is_then_checked(folder, prior, shown):
     own, table = folder / "own", folder / "own" / "operations.csv"
     own.mkdir()
     shutil.copy(folder / "a.csv", own / "closing_20-11-2024.csv")
@@ -88,14 +72,23 @@ def test_a_folder_without_a_table_has_one_proposed_and_is_then_checked(folder, s
         assert word in proposed.err
     shown("own", "--output", str(table))
     assert table.read_text(encoding="utf-8") == proposed.out
-    (own / "notes.txt").unlink()
-    shown("own")
+    rows = [row.split()[:5] for row in shown("own").out.splitlines()]
+    assert ["closing", "1", "1", "0", "0"] in rows  # listed, accepted, with remarks, rejected
+    written(own / "opening_20-11-2024.csv", prior, "closing")
+    out, err = shown("own", status=1)
+    assert ["opening", "1", "0", "0", "1"] in [row.split()[:5] for row in out.splitlines()]
+    assert err == ""
     # A date that falls while the number rises, in a table that files contradict.
     rows = ["file,motion,operation,date", "closing_20-11-2024.csv,closing,1,2024-11-20"]
     rows += ["closing_20-11-2024.csv,closing,2,2023-11-20"]
     table.write_text("\n".join(rows), encoding="utf-8")
-    assert "line 3, column date" in shown("own", status=1).out
+    assert "line 3, column date" in shown("own", status=1).err
     shown("own", "--output", "new.csv", status=1)  # never another table beside the first
+    table.unlink()
+    (own / "notes.txt").unlink()
+    shown("own", "--channels", "A", "B", "--output", str(table))
+    (operation,) = list_operations(own, "closing", phase="B")
+    assert (operation.number, operation.channel) == (1, "B")
 
 
 @pytest.mark.parametrize(

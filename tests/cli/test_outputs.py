@@ -18,7 +18,7 @@ def files_in(folder):
 @pytest.mark.parametrize(
     "words",
     [
-        "infer drive --output drive/closing/op_1.csv",
+        "infer drive --output drive/op_1.csv",
         "infer a.csv --output few.yaml",
         "infer a.csv --output open.csv",  # a record that is not read
         "infer a.csv --plot drive",
@@ -26,14 +26,16 @@ def files_in(folder):
         "infer a.csv --output nowhere/out.csv",
         "infer a.csv --output pipe",
         "inspect a.csv --output config/config.yaml",
-        "fit-prior drive --output drive/closing/op_1.csv",
+        "fit-prior drive --output drive/op_1.csv",
         "compare a.csv --today open.csv --plot picture.png",  # a link to a record
     ],
 )
 def test_only_a_result_is_replaced(folder, capsys, words):
-    for name in ("drive/closing", "config"):
-        (folder / name).mkdir(parents=True)
-    (folder / "drive/closing/op_1.csv").write_bytes((folder / "a.csv").read_bytes())
+    for name in ("drive", "config"):
+        (folder / name).mkdir()
+    (folder / "drive/op_1.csv").write_bytes((folder / "a.csv").read_bytes())
+    rows = "file,motion,operation\nop_1.csv,closing,1\n"
+    (folder / "drive/operations.csv").write_text(rows, encoding="utf-8")
     (folder / "picture.png").symlink_to("a.csv")
     (folder / "config/config.yaml").write_text("endurance: {draws: 100}\n")
     os.mkfifo(folder / "pipe")

@@ -35,43 +35,34 @@ def table(folder, *rows, head="file,motion,operation,breaker,phase"):
     (folder / "operations.csv").write_text("\n".join([head, *rows]), encoding="utf-8")
 
 
-def test_files_of_all_readable_kinds_count_in_the_order_of_their_numbers(tmp_path):
+def test_files_of_all_readable_kinds_are_records(tmp_path):
     readable = ["1.csv", "10.tsv", "2.TXT", "3.tsv", "4.xlsx", "5.cfg", "7.nc"]
     paired = ["6.cff", "5.dat", ".8.csv", "~$4.xlsx", "11.md"]
-    folder = tmp_path / "closing"
-    fill(folder, *readable, *paired, "old/12.csv", "operations.csv")
-    assert [file.name for file in record_files(folder)] == [*readable]
+    fill(tmp_path, *readable, *paired, "old/12.csv", "operations.csv")
+    assert [file.name for file in record_files(tmp_path)] == [*readable]
     assert record_files(tmp_path / "nowhere") == []
-    numbers = [operation.number for operation in list_operations(tmp_path, "closing")]
-    assert numbers == [1, 2, 3, 4, 5, 7, 10]
-
-
-@pytest.mark.parametrize("names", [["op_1.csv", "notes.txt"], ["a_7.csv", "b_007.csv"], []])
-def test_names_that_leave_a_doubt_are_refused(tmp_path, names):
-    fill(tmp_path / "closing", *names)
-    with pytest.raises((ValueError, FileNotFoundError), match=r"closing/.*operations\.csv"):
-        list_operations(tmp_path, "closing")
 
 
 def test_one_of_several_breakers_and_phases_must_be_chosen_among_those_that_are_there(tmp_path):
-    fill(tmp_path, "1.csv", "closing/op_1.csv", "names/closing/1.csv")
+    fill(tmp_path, "1.csv")
     rows = [(b, p) for b in ("Q1", "Q2") for p in ("L1", "L2", "L3")]
-    table(tmp_path, *(f"1.csv,closing,7,{b},{p}" for b, p in rows))  # goes before names
+    table(tmp_path, *(f"1.csv,closing,7,{b},{p}" for b, p in rows))
     (result,) = list_operations(tmp_path, "closing", breaker="Q2", phase="L3")
     # As tuples: from Python 3.13 on, dataclasses that hold nan are unequal.
     one = Operation(7, tmp_path / "1.csv", breaker="Q2", phase="L3")
     assert astuple(result) == astuple(one)
-    for reason, folder, chosen in (
-        (r"endurance\.breaker .* Q1, Q2", ".", {}),
-        (r"endurance\.breaker .* Q1, Q2", ".", {"breaker": "Q9"}),
-        (r"endurance\.phase .* L1, L2, L3", ".", {"breaker": "Q1"}),
-        (r"endurance\.phase .* L1, L2, L3", ".", {"breaker": "Q1", "phase": "A"}),
-        (r"endurance\.phase", "names", {"phase": "L1"}),
+    for reason, chosen in (
+        (r"endurance\.breaker .* Q1, Q2", {}),
+        (r"endurance\.breaker .* Q1, Q2", {"breaker": "Q9"}),
+        (r"endurance\.phase .* L1, L2, L3", {"breaker": "Q1"}),
+        (r"endurance\.phase .* L1, L2, L3", {"breaker": "Q1", "phase": "A"}),
     ):
         with pytest.raises(ValueError, match=reason):
-            list_operations(tmp_path / folder, "closing", **chosen)
+            list_operations(tmp_path, "closing", **chosen)
     with pytest.raises(FileNotFoundError, match="opening"):
         list_operations(tmp_path, "opening", breaker="Q1", phase="L1")
+    with pytest.raises(FileNotFoundError, match=r"operations\.csv"):
+        list_operations(tmp_path / "nowhere", "closing")
     assert list_breakers(tmp_path) == ["Q1", "Q2"]
     fleet = list_fleet(tmp_path, breakers=["Q1"], phase="L1")
     assert {name: len(some) for name, some in fleet.items()} == {"Q1": 1}
@@ -83,28 +74,27 @@ def test_one_of_several_breakers_and_phases_must_be_chosen_among_those_that_are_
 
 def test_a_missing_file_does_not_end_the_others(tmp_path):
     """It is rejected when it is read. Planted fault: all are missing."""
-    fill(tmp_path / "closing", "op_1.csv")
-    os.symlink("nowhere", tmp_path / "closing/op_2.csv")
+    fill(tmp_path, "op_1.csv")
+    table(tmp_path, "op_1.csv,closing,1,,", "op_2.csv,closing,2,,")
     assert [item.number for item in list_operations(tmp_path, "closing")] == [1, 2]
-    (tmp_path / "closing/op_1.csv").unlink()
+    (tmp_path / "op_1.csv").unlink()
     with pytest.raises(ValueError, match=r"op_\d\.csv"):
         list_operations(tmp_path, "closing")
 
 
 def test_the_fingerprint_changes_with_whatever_a_record_is_read_from(tmp_path):
-    fill(tmp_path, "a/closing/1.cfg", "a/closing/1.dat", "b/closing/1.cfg")
-    for file in tmp_path.rglob("*.*"):
+    fill(tmp_path, "1.cfg", "1.dat", "2.cfg")
+    for file in tmp_path.iterdir():
         os.utime(file, (1e9, 1e9))
-    (result,) = list_operations(tmp_path / "a", "closing")
+    result = Operation(1, tmp_path / "1.cfg")
     seen = {fingerprint([result]), fingerprint([result, result])}
-    seen.add(fingerprint(list_operations(tmp_path / "b", "closing")))
-    for other in ({"channel": "A"}, {"begin": 1.0}, {"settings": {"rate": 10.0}}):
+    for other in ({"channel": "A"}, {"settings": {"rate": 10.0}}, {"file": tmp_path / "2.cfg"}):
         seen.add(fingerprint([replace(result, **other)]))
     os.utime(result.file, (1e9, 1e9 + 1))
     seen.add(fingerprint([result]))
     result.file.with_suffix(".dat").write_text("new")
     seen.add(fingerprint([result]))
-    assert len(seen) == 8
+    assert len(seen) == 7
     assert fingerprint([result]) == fingerprint([result])
 
 
@@ -148,23 +138,21 @@ def test_what_is_known_of_operations_of_any_motion(tmp_path):
 
 
 def test_lines_are_operations_with_their_numbers_and_dates(tmp_path):
-    """Of a file in the folder of a motion, and of a row of a table; two files of one number."""
-    fill(tmp_path / "closing", "op_9.csv")
+    """Planted fault: another file with the number of a line."""
+    fill(tmp_path, "op_9.csv")
     values = ",".join(str(1200 + k % 7) for k in range(80))
     rows = [f"ID:{n};Time:2024-11-20 15:1{n}:07;Interval (ms):0.4;Values:{values}" for n in (3, 4)]
-    (tmp_path / "closing" / "angle.txt").write_text("\n".join(rows), encoding="utf-8")
+    (tmp_path / "angle.txt").write_text("\n".join(rows), encoding="utf-8")
+    rows = ["angle.txt,closing,1,,", "op_9.csv,closing,9,,"]
+    table(tmp_path, *rows)
     listed = [(o.number, o.line, o.date) for o in list_operations(tmp_path, "closing")]
     assert listed == [(3, 1, "2024-11-20T15:13:07"), (4, 2, "2024-11-20T15:14:07"), (9, 0, "")]
-    fill(tmp_path / "closing", "op_4.csv")
+    table(tmp_path, *rows, "op_4.csv,closing,4,,")
     with pytest.raises(ValueError, match=r"angle\.txt, line 2 and .*op_4|op_4.* and .*line 2"):
         list_operations(tmp_path, "closing")
-    table(tmp_path, "closing/angle.txt,closing,1,2024-01-01", head="file,motion,operation,date")
-    assert [o.line for o in list_operations(tmp_path, "closing")] == [1, 2]
 
 
 # ---- the check of a folder before training -------------------------------------------------------
-
-ENDURANCE = {"format": {}, "breaker": None, "phase": None, "events": {}}
 
 
 @pytest.fixture(scope="module")
@@ -174,41 +162,29 @@ def life():
 
 @pytest.fixture
 def folder(tmp_path, life):
-    """Twelve closings and an opening."""
+    """Twelve closings and an opening, of which a table names two breakers."""
+    rows = []
     for motion, count in (("closing", 12), ("opening", 1)):
-        (tmp_path / motion).mkdir()
         for number in range(1, count + 1):
-            file = tmp_path / motion / f"{motion}_{number:03d}.csv"
-            write_curve(file, *life.record(motion, number), motion=motion, operation=number)
+            name = f"{motion}_{number:03d}.csv"
+            record = life.record(motion, number)
+            write_curve(tmp_path / name, *record, motion=motion, operation=number)
+            rows.append(f"{name},{motion},{number},CB{1 + number % 2},L1")
+    table(tmp_path, *rows)
     return tmp_path
 
 
-def check(folder, motions=("closing", "opening"), **endurance):
-    return check_folder(folder, {**ENDURANCE, **endurance}, defaults()["sensor"], motions)
+def test_a_folder_is_checked_by_breaker_phase_and_motion(folder):
+    def check(**chosen):
+        endurance = {"format": {}, "breaker": None, "phase": None} | chosen
+        return check_folder(folder, endurance, defaults()["sensor"], ["closing", "opening"])
 
-
-def test_a_folder_is_a_table_and_what_cannot_be_listed_is_stated(folder):
-    checked = check(folder)
-    assert [(item.motion, item.accepted) for item in checked] == [("closing", 12), ("opening", 1)]
-    line = text_of(document_of(checked)).splitlines()[1].split()
-    assert line[:5] == ["closing", "12", "12", "0", "0"]
-    assert 14 < float(line[5]) <= float(line[7]) < 15
-    (folder / "opening" / "opening_001.csv").rename(folder / "opening" / "opening.csv")
-    assert [bool(item.error) for item in check(folder)] == [False, True]
-
-
-def test_an_event_that_the_workflow_refuses_is_refused(folder):
-    table(folder, "closing/closing_001.csv,closing,1,danced", head="file,motion,operation,event")
-    assert [item.accepted for item in check(folder)] == [0, 0]
-    (closing,) = check(folder, ["closing"], events={"danced": ["f"]})
-    assert (closing.accepted, closing.error) == (1, "")
-
-
-def test_breakers_and_phases_of_a_table_are_apart(folder):
-    rows = [f"closing/closing_{n:03d}.csv,closing,{n},CB{1 + n % 2},L1" for n in range(1, 13)]
-    rows.append("opening/opening_001.csv,opening,1,CB1,L1")
-    table(folder, *rows)
-    result = {item.name: item.accepted for item in check(folder)}
-    expected = {"CB1 L1 closing": 6, "CB2 L1 closing": 6, "CB1 L1 opening": 1, "CB2 L1 opening": 0}
+    checked = check()
+    result = {item.name: item.accepted for item in checked}
+    expected = {"CB1 L1 closing": 6, "CB2 L1 closing": 6, "CB1 L1 opening": 0, "CB2 L1 opening": 1}
     assert result == expected
-    assert {e.name.split()[0] for e in check(folder, breaker="CB2")} == {"CB2"}
+    assert [item.name for item in checked if item.error] == ["CB1 L1 opening"]
+    line = text_of(document_of(checked)).splitlines()[1].split()
+    assert line[:7] == ["CB1", "L1", "closing", "6", "6", "0", "0"]
+    assert 14 < float(line[7]) <= float(line[9]) < 15
+    assert {e.name.split()[0] for e in check(breaker="CB2")} == {"CB2"}

@@ -143,16 +143,6 @@ def test_a_mistake_is_named_with_its_place_and_remedy(tmp_path, text, reason):
     assert str(refused.value).replace("\n", "").isprintable()
 
 
-def test_events_are_of_those_that_are_known(tmp_path):
-    """Any text without a list of them; with one, file, line, column, the known, and a remedy."""
-    text = f'{HEAD},event\na.csv,closing,1,Greased\nb.csv,closing,2,"greased, painted"\n'
-    assert [item.event for _, item in read(tmp_path, text)] == ["Greased", "greased, painted"]
-    file = tmp_path / "operations.csv"
-    assert len(read_manifest(file, ["greased", "Painted, coated"])) == 2
-    with pytest.raises(ValueError, match=r"line 3, column event: 'painted' .*endurance\.events"):
-        read_manifest(file, ["greased", "spring_replaced"])
-
-
 # ---- settings ------------------------------------------------------------------------------------
 
 REFUSED = [

@@ -210,7 +210,7 @@ known: {L: [10, 1]}
 bank: {shards: 5, shards: 6}
     the key shards stands twice
 endurance: {curves: nowhere}
-    endurance.curves cannot be used: nowhere/
+    endurance.curves cannot be used: nowhere has no table
 """
 CASES = re.findall(r"((?:^[^\s#].*\n)+)((?:^    .*\n)+)", WRONG, re.MULTILINE)
 
@@ -241,13 +241,20 @@ def test_a_section_may_change_what_it_takes_from_another_one(tmp_path):
     assert load([tmp_path / "own.yaml"])["by_motion"]["closing"]["training"]["steps"] == 8
 
 
-def test_a_folder_of_curves_is_looked_into(complaint, tmp_path):
-    (tmp_path / "mine" / "closing").mkdir(parents=True)
-    (tmp_path / "mine" / "closing" / "1.csv").touch()
-    overlay = f"endurance: {{curves: {tmp_path / 'mine'}}}\n"
-    assert f"{tmp_path / 'mine' / 'opening'}/" in complaint(overlay)
-    one = tmp_path / "one.yaml"
-    one.write_text(overlay + "motions: [closing]\n")
+def test_the_table_of_a_folder_of_curves_is_looked_into(complaint, tmp_path):
+    folder, one = tmp_path / "mine", tmp_path / "one.yaml"
+    folder.mkdir()
+    (folder / "1.csv").touch()
+    overlay = f"endurance: {{curves: {folder}}}\n"
+    assert "operations.csv" in complaint(overlay)
+    rows = "file,motion,operation,event\n1.csv,closing,1,danced\n"
+    (folder / "operations.csv").write_text(rows, encoding="utf-8")
+    message = complaint(overlay)
+    assert "no operation of motion opening" in message
+    assert "endurance.events" in message
+    one.write_text(
+        f"endurance: {{curves: {folder}, events: {{danced: [f]}}}}\nmotions: [closing]\n"
+    )
     assert load([one])["motions"] == ["closing"]
 
 

@@ -8,19 +8,20 @@ the paper's Sec. 7.
 
 
 rule rig:
-    """Write curve files of one motion of the simulated endurance test, a drive beyond the model."""
+    """Write curve files of the simulated endurance test, a drive beyond the model, and their table."""
     input:
         code=code("rig"),
     output:
-        directory("results/rig/curves/{motion}"),
+        directory("results/rig/curves"),
     log:
-        "logs/rig/{motion}.log",
+        "logs/rig.log",
     benchmark:
-        "results/benchmarks/rig_{motion}.tsv"
+        "results/benchmarks/rig.tsv"
     conda:
         "../../envs/breaker.yaml"
     params:
         seed=config["seed"],
+        motions=MOTIONS,
         rig=TEST,
     script:
         "../scripts/rig.py"
@@ -51,7 +52,7 @@ rule rig_truth:
 rule read_curves:
     """Read and check the files of some operations."""
     input:
-        simulated=[] if OWN_CURVES else "results/rig/curves/{motion}",
+        simulated=[] if OWN_CURVES else "results/rig/curves",
         code=code("read_curves"),
     output:
         directory("results/endurance/{motion}/curves_{chunk}.zarr"),

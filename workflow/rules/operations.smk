@@ -8,13 +8,7 @@ from functools import cache
 
 from breaker.common.text import bare
 from breaker.configuration.definitions import entry_of_type, types_of
-from breaker.records.folder import (
-    fingerprint,
-    known_of,
-    list_breakers,
-    list_fleet,
-    list_operations,
-)
+from breaker.records.folder import fingerprint, known_of, list_breakers, list_fleet, list_operations
 from breaker.workflow.jobs import chunks_of
 
 # Choice among the operations of the user's table.
@@ -24,7 +18,7 @@ CHOSEN = {key: config["endurance"][key] for key in ("breaker", "phase") if OWN_C
 @cache
 def listed(motion):
     """Return the operations of a motion in the user's folder."""
-    return list_operations(OWN_CURVES, motion, **CHOSEN, events=config["endurance"]["events"])
+    return list_operations(OWN_CURVES, motion, **CHOSEN)
 
 
 def numbers(motion):
@@ -88,7 +82,7 @@ def source(wildcards):
 
 # ---- fleet ---------------------------------------------------------------------------------------
 
-BREAKERS = list_breakers(OWN_CURVES, config["endurance"]["events"]) if OWN_CURVES else []
+BREAKERS = list_breakers(OWN_CURVES) if OWN_CURVES else []
 IS_FLEET = len(BREAKERS) > 1 and config["endurance"]["breaker"] is None
 TYPES = types_of(config)
 FLEET = ["results/fleet.csv", "results/fleet.html"]
@@ -100,7 +94,7 @@ ON_FLEET = ("endurance", "limits", "motions", "planning", "seed", "speeds", "tre
 @cache
 def rows_of_breakers():
     """Return the rows of the table by breaker, listed once for all chunks."""
-    return list_fleet(OWN_CURVES, **{key: config["endurance"][key] for key in ("phase", "events")})
+    return list_fleet(OWN_CURVES, phase=CHOSEN["phase"])
 
 
 @cache

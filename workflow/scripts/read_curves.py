@@ -1,7 +1,5 @@
 """Read and check the curve files of some operations."""
 
-from pathlib import Path
-
 from breaker.common.zarr_store import describe, save
 from breaker.model.quantities import speeds_of
 from breaker.model.sensor import grid
@@ -12,8 +10,7 @@ from breaker.workflow.jobs import start
 log = start(snakemake)
 params, motion = snakemake.params, snakemake.wildcards.motion
 wanted = set(params.operations)
-folder = params.folder or Path(snakemake.input.simulated).parent
-listed = list_operations(folder, motion, **params.chosen)
+listed = list_operations(params.folder or snakemake.input.simulated, motion, **params.chosen)
 files = [operation for operation in listed if operation.number in wanted]
 
 model_grid = Grid(grid(**params.grid), **params.errors)

@@ -14,8 +14,8 @@ def add(inspect: argparse.ArgumentParser) -> None:
     """Show how a file is written: its columns of time and travel, and the motions in it. The
     command prints the lines of configuration that read the file. For a folder without a table
     operations.csv, the command proposes the table, which assigns files to operations. For a folder
-    with the table, or with numbered files, the command reads all records and prints which are
-    accepted, and why others are not. The exit status is 1 if no record of a motion is accepted.
+    with the table, the command reads all records and prints which are accepted, and why others are
+    not. The exit status is 1 if no record of a motion is accepted.
     """
     inspect.add_argument("file", metavar="FILE|FOLDER", help="a record, or a folder of records")
     inspect.add_argument("--channel", default="", metavar="NAME", help="column of travel")
@@ -36,12 +36,11 @@ def run(options: argparse.Namespace) -> int:
     config = settings_of(options.config)
     if not folder:
         return _look_into(options, config)
-    numbered = any(Path(options.file, motion).is_dir() for motion in config["motions"])
-    if os.path.lexists(table := Path(options.file, MANIFEST)):
-        why = f"is for a folder without a table, and {table} is there"
-        _refuse(options, ("output", "channels"), why)
-    elif options.output or options.channels or not numbered:
+    if not os.path.lexists(table := Path(options.file, MANIFEST)):
         return _propose(options, config)
+    _refuse(
+        options, ("output", "channels"), f"is for a folder without a table, and {table} is there"
+    )
     return _check(options.file, config)
 
 

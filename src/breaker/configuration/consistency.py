@@ -15,7 +15,8 @@ from breaker.model.equations import PRESSED
 from breaker.model.limits import UNRESOLVED, from_list
 from breaker.model.parameters import MOTIONS
 from breaker.model.quantities import every_speed
-from breaker.records.folder import list_breakers, list_operations
+from breaker.records.folder import list_breakers, list_operations, table_rows
+from breaker.records.operations import event_words, renewed_by
 from breaker.records.settings import complete
 
 Config = Mapping[str, Any]
@@ -128,12 +129,20 @@ def _folder(config: Config) -> Problems:
     """Yield problems in the list of operations of one breaker; a fleet's rules check several."""
     if config["known"]:
         yield "known", "is not used by the workflow: give it to `breaker infer`. Leave it empty."
-    if config["endurance"]["curves"] is not None:
-        for motion in config["motions"]:
-            yield from _refused("endurance.curves", _list, config["endurance"], motion)
+    endurance, unknown = config["endurance"], set()
+    if (curves := endurance["curves"]) is None:
+        return
+    for motion in config["motions"]:
+        yield from _refused("endurance.curves", _list, endurance, motion)
+    with suppress(OSError, ValueError):  # ``_list`` reports these
+        words = {word for _, row in table_rows(curves) for word in event_words(row.event)}
+        unknown = words - renewed_by(endurance["events"]).keys()
+    if unknown:
+        names = ", ".join(sorted(unknown))
+        yield "endurance.events", f"has no {names}, as operations.csv names. Add what it renews."
 
 
 def _list(endurance: Config, motion: str) -> None:
-    curves, chosen = endurance["curves"], {k: endurance[k] for k in ("breaker", "phase", "events")}
-    if chosen["breaker"] or len(list_breakers(curves, chosen["events"])) <= 1:
-        list_operations(curves, motion, **chosen)
+    curves, breaker, phase = (endurance[key] for key in ("curves", "breaker", "phase"))
+    if breaker or len(list_breakers(curves)) <= 1:
+        list_operations(curves, motion, breaker=breaker, phase=phase)

@@ -71,7 +71,7 @@ def of_drive(config: Mapping[str, Any]) -> Mapping[str, Any]:
     from breaker.records.folder import list_fleet
 
     chosen = {"breakers": [some["breaker"]] if some["breaker"] else None, "phase": some["phase"]}
-    fleet = [*list_fleet(some["curves"], **chosen, events=some["events"]).values()]
+    fleet = [*list_fleet(some["curves"], **chosen).values()]
     stated = usual_spelling(row.type for _, row in fleet[0] if row.type) if len(fleet) == 1 else {}
     if len(stated) > 1:
         names = ", ".join(stated.values())

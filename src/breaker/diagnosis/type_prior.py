@@ -30,8 +30,8 @@ from breaker.model.parameters import MOTIONS, NAMES, Size
 from breaker.model.prior import Prior
 from breaker.model.sensor import Sensor
 from breaker.records.files import printable
-from breaker.records.folder import list_fleet, list_operations
-from breaker.records.operations import MANIFEST, Operation
+from breaker.records.folder import list_fleet
+from breaker.records.operations import Operation
 from breaker.shipped import HELD_BACK
 
 _LEAST_SPREAD = 0.1  # expected spread of a type, in log-sds of the prior of all drives
@@ -87,22 +87,18 @@ def list_type(
     The column ``breaker`` of a folder's table names the breakers; otherwise a folder is a breaker.
 
     Args:
-        folders: Folders with a table, or with a subfolder for each motion.
+        folders: Folders with a table.
         of_type: Type in the column ``type`` of a table, in any spelling.
 
     Raises:
-        FileNotFoundError: If a folder has no operation of the motions.
+        FileNotFoundError: If a folder has no table, or no operation of the motions.
         ValueError: If a table is wrong, or has several types to choose from, or not this type.
     """
     rows: list[tuple[str, Operation]] = []
     for folder in folders:
         name = printable(os.path.normpath(folder))
         last = max((row.number for _, row in rows), default=0)  # numbers may repeat in each folder
-        if os.path.lexists(Path(folder, MANIFEST)):
-            new = [row for part in list_fleet(folder).values() for row in part if row[0] in motions]
-        else:  # a breaker may have records of only one motion
-            present = [motion for motion in motions if Path(folder, motion).is_dir()]
-            new = [(motion, e) for motion in present for e in list_operations(folder, motion)]
+        new = [row for part in list_fleet(folder).values() for row in part if row[0] in motions]
         if not new:
             words = {"folder": name, "motions": " or ".join(motions)}
             raise FileNotFoundError(say("type-no-operation", **words))

@@ -8,11 +8,10 @@ from typing import NamedTuple
 from breaker.common.numerals import natural
 from breaker.page.choices import id_of, name_of
 from breaker.records.dates import one_date
-from breaker.records.file_names import phases_in_names
 from breaker.records.folder import record_files
 from breaker.records.operations import MANIFEST
 from breaker.records.table_proposal import Description
-from breaker.records.words import motions_in
+from breaker.records.words import motions_in, phases_in_names
 
 MOST = 10_000
 """Most files of a list; the workflow is made for more, such as the records of a life."""

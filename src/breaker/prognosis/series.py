@@ -15,7 +15,7 @@ import xarray as xr
 from breaker.family.inputs import NormalisedRecords, network_record
 from breaker.family.shape import SHAPE_TIMES, median_units, shape_of
 from breaker.records.dates import instant
-from breaker.records.operations import EVENTS, event_words
+from breaker.records.operations import event_words, renewed_by
 
 _STEP = {"temperature": 10.0, "voltage": 0.1}  # unit of a condition: K; share of the new voltage
 _FIRST = 50  # new operations under monitoring; with more inspections a drive counts as monitored
@@ -34,9 +34,7 @@ def events_of(texts: Mapping[int, str], more: Mapping[str, Sequence[str]]) -> di
     Raises:
         ValueError: If an event has no meaning.
     """
-    definitions = [*EVENTS.items(), *more.items()]
-    known = {word: meaning for key, meaning in definitions for word in event_words(key)}
-    events = {}
+    known, events = renewed_by(more), {}
     for number, text in texts.items():
         if unknown := [word for word in event_words(text) if word not in known]:
             raise ValueError(f"endurance.events has no {', '.join(unknown)}; add the renewed parts")

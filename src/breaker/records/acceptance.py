@@ -10,8 +10,8 @@ from breaker.common.document import Document, Remark, Table
 from breaker.common.numerals import in_digits
 from breaker.records.curves import Grid, GriddedRecord, read_records
 from breaker.records.files import RejectedCurveError, printable
-from breaker.records.folder import list_operations
-from breaker.records.operations import MANIFEST, Operation, read_manifest
+from breaker.records.folder import list_operations, table_rows
+from breaker.records.operations import Operation
 from breaker.records.proposal import ITEM, alike
 
 
@@ -49,25 +49,21 @@ def check_folder(
     Args:
         folder, motions: The folder; "closing", "opening" or both.
         endurance, sensor: Sections of the configuration.
+
+    Raises:
+        ValueError: If the table of the folder is wrong.
     """
     times = np.linspace(sensor["start"], sensor["stop"], sensor["samples"])
     grid = Grid(times, sensor["noise_sd"], sensor["zero_sd"], sensor["onset_sd"])
-    chosen = breaker, phase = endurance.get("breaker"), endurance.get("phase")
-    try:
-        rows = {
-            (operation.breaker, operation.phase)
-            for _, operation in read_manifest(Path(folder, MANIFEST))
-        }
-    except ValueError:
-        rows = set()  # no table, or listing the operations reports what is wrong with it
+    breaker, phase = endurance["breaker"], endurance["phase"]
+    rows = {(operation.breaker, operation.phase) for _, operation in table_rows(folder)}
     poles = [(b, p) for b, p in sorted(rows) if breaker in (None, b) and phase in (None, p)]
     groups = []
     for motion in motions:
-        for breaker, phase in poles or [chosen]:
-            name = " ".join(filter(None, [breaker, phase, motion]))
-            which = {"breaker": breaker, "phase": phase, "events": endurance["events"]}
+        for pole in poles or [(breaker, phase)]:
+            name = " ".join(filter(None, [*pole, motion]))
             try:
-                operations = list_operations(folder, motion, **which)
+                operations = list_operations(folder, motion, breaker=pole[0], phase=pole[1])
             except (ValueError, OSError) as error:
                 groups.append(CheckedGroup(name, motion, error=str(error)))
                 continue

@@ -1,4 +1,4 @@
-"""List the operations in a folder, by its table ``operations.csv`` or by the names of its files.
+"""List the operations in the table ``operations.csv`` of a folder.
 
 Light to import, since the plan of the workflow depends on it.
 """
@@ -16,18 +16,13 @@ from itertools import pairwise
 from pathlib import Path
 from statistics import fmean
 
-from breaker.common.numerals import first_of, natural
+from breaker.common.numerals import natural
 from breaker.model.quantities import CONDITIONS
-from breaker.records.file_names import numbers_in
 from breaker.records.files import printable
 from breaker.records.formats.registry import ENDINGS, records_in
-from breaker.records.operations import MANIFEST, SHOWN, Operation, read_manifest
+from breaker.records.operations import MANIFEST, Operation, read_manifest
 
 _Row = tuple[str, Operation]
-_REMEDY = (
-    f"rename files, or state which file is which operation in a table {MANIFEST}: `breaker "
-    "inspect` for the folder proposes one"
-)
 
 
 def record_files(folder: str | Path) -> list[Path]:
@@ -53,47 +48,38 @@ def each_once(paths: Iterable[str | Path]) -> list:
 
 
 def list_operations(
-    folder: str | Path,
-    motion: str,
-    *,
-    breaker: str | None = None,
-    phase: str | None = None,
-    events: Collection[str] | None = None,
+    folder: str | Path, motion: str, *, breaker: str | None = None, phase: str | None = None
 ) -> list[Operation]:
     """List the operations of one motion in a folder, in the order of their numbers.
 
-    The operations are the rows of the table ``operations.csv``, restricted to a breaker and phase,
-    or else the files in ``folder/motion``. For ``events`` see ``read_manifest``.
+    The operations are the rows of the table, restricted to a breaker and phase.
 
     Raises:
-        FileNotFoundError: If there is no operation of this motion.
-        ValueError: If the table is wrong, a name has no number, two records have the same number,
-            or a choice is lacking.
+        FileNotFoundError: If there is no table, or no operation of this motion.
+        ValueError: If the table is wrong, two records have the same number, or a choice is lacking.
     """
-    rows = _rows(folder, events)
+    rows = table_rows(folder)
     for name, value in {"breaker": breaker, "phase": phase}.items():
         there = sorted({getattr(operation, name) for _, operation in rows})
         if (value is None and len(there) > 1) or (value is not None and value not in there):
-            shown = ", ".join(printable(item) or "(empty)" for item in there) or "no table"
+            shown = ", ".join(printable(item) or "(empty)" for item in there)
             reason = f"endurance.{name} is {value}, but {printable(folder)} has {shown}"
             raise ValueError(f"{reason}; choose one, in a command by --{name} NAME, or null")
         rows = [row for row in rows if value is None or getattr(row[1], name) == value]
     operations = [operation for row_motion, operation in rows if row_motion == motion]
-    if rows and not operations:
-        reason = f"{Path(folder, MANIFEST)} has no operation of motion {motion}"
+    if not operations:
+        reason = f"{printable(Path(folder, MANIFEST))} has no operation of motion {motion}"
         raise FileNotFoundError(f"{reason}; add its rows, or leave it out of motions")
-    operations = operations or _from_names(Path(folder, motion))
     if not any(os.path.exists(operation.file) for operation in operations):
         what = f"none of {len(operations)} files of {motion} is there, such as {operations[0].file}"
         raise ValueError(f"{printable(what)}; put them there, or correct {MANIFEST}")
-    operations_listed = sorted(each_line(operations), key=lambda operation: operation.number)
-    for first, second in pairwise(operations_listed):
+    operations = sorted(each_line(operations), key=lambda operation: operation.number)
+    for first, second in pairwise(operations):
         if first.number == second.number:
-            pair = first, second
-            places = [f"{e.file}, line {e.line}" if e.line else f"{e.file}" for e in pair]
-            what = f"{' and '.join(places)} are both operation {first.number}"
-            raise ValueError(f"{printable(what)}; {_REMEDY}")
-    return operations_listed
+            what = " and ".join(f"{e.file}, line {e.line}" for e in (first, second))
+            what = f"{what} are both operation {first.number}"
+            raise ValueError(f"{printable(what)}; number them in {MANIFEST}")
+    return operations
 
 
 def each_line(operations: Iterable[Operation]) -> list[Operation]:
@@ -110,54 +96,40 @@ def each_line(operations: Iterable[Operation]) -> list[Operation]:
     return listed_operations
 
 
-def _from_names(folder: Path) -> list[Operation]:
-    """Return the operations in the folder of a motion, by the names of its files."""
-    if not (files := record_files(folder)):
-        raise FileNotFoundError(
-            f"{printable(folder)}/ has no file of a record ({' '.join(ENDINGS)}); endurance.curves "
-            f"must name a folder with a subfolder for each motion, or with a table {MANIFEST}"
-        )
-    lines = [item for item in each_line(Operation(0, file) for file in files) if item.line]
-    files = sorted({*files} - {item.file for item in lines})
-    numbers = dict(zip(files, numbers_in([file.stem for file in files]), strict=True))
-    if unclear := [printable(file) for file, number in numbers.items() if number is None]:
-        what = "has no clear counter: a number may be a date, a year, a channel or a quantity"
-        raise ValueError(f"{first_of(unclear, SHOWN)} {what}; {_REMEDY}")
-    return [*lines, *(Operation(number, file) for file, number in numbers.items())]
-
-
 # ---- the table -----------------------------------------------------------------------------------
 
 
 # All rules of a plan read the table, which may have half a million rows.
-_read = lru_cache(maxsize=2)(lambda table, state, events: read_manifest(table, events))
+_read = lru_cache(maxsize=2)(lambda table, state: read_manifest(table))
 
 
-def _rows(folder: str | Path, events: Collection[str] | None) -> list[_Row]:
-    """Return the rows of the table of a folder; an empty list without a table."""
-    table = Path(folder, MANIFEST)
-    known = events if events is None else tuple(events)
-    return _read(table, _state(table), known) if os.path.lexists(table) else []
+def table_rows(folder: str | Path) -> list[_Row]:
+    """Return motion and operation of each row of the table of a folder.
+
+    Raises:
+        FileNotFoundError: If there is no table.
+        ValueError: If the table is wrong.
+    """
+    if not os.path.lexists(table := Path(folder, MANIFEST)):
+        what = f"{printable(folder)} has no table {MANIFEST} of its operations"
+        raise FileNotFoundError(f"{what}: `breaker inspect {printable(folder)}` proposes one")
+    return _read(table, _state(table))
 
 
-def list_breakers(folder: str | Path, events: Collection[str] | None = None) -> Sequence[str]:
-    """List the breakers in the table of a folder, if it has one; see ``list_fleet``."""
-    return list(dict.fromkeys(operation.breaker for _, operation in _rows(folder, events)))
+def list_breakers(folder: str | Path) -> Sequence[str]:
+    """List the breakers in the table of a folder; errors are those of ``table_rows``."""
+    return list(dict.fromkeys(operation.breaker for _, operation in table_rows(folder)))
 
 
 def list_fleet(
-    folder: str | Path,
-    *,
-    breakers: Collection[str] | None = None,
-    phase: str | None = None,
-    events: Collection[str] | None = None,
+    folder: str | Path, *, breakers: Collection[str] | None = None, phase: str | None = None
 ) -> dict[str, list[_Row]]:
     """List motion and operation of each row of a table, by breaker, in the order of the table.
 
     Arguments and errors are those of ``list_operations``; all breakers and phases by default.
     """
     fleet: dict[str, list[_Row]] = {}
-    for motion, row in _rows(folder, events):
+    for motion, row in table_rows(folder):
         if breakers is None or row.breaker in breakers:
             rows = fleet.setdefault(row.breaker, [])
             rows += [(motion, e) for e in each_line([row] if phase in (None, row.phase) else [])]

@@ -1,11 +1,11 @@
 """List the operations in the files and folders that a user names, and choose among them.
 
-In a folder with a table ``operations.csv``, the rows are the operations. In a folder with
-subfolders ``closing`` and ``opening``, the names of the files give their numbers. Any other file
-may contain one motion or both, each once or several times.
+In a folder with a table ``operations.csv``, the rows are the operations. Any other file may contain
+one motion or both, each once or several times.
 """
 
 import os
+from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
@@ -16,11 +16,11 @@ from breaker.common.text import usual_spelling
 from breaker.model.parameters import MOTIONS
 from breaker.records import folder
 from breaker.records.dates import one_date
-from breaker.records.file_names import number_poles, phases_in_names
 from breaker.records.files import Files, Opened, printable
 from breaker.records.formats.registry import look_into, stated_in
 from breaker.records.operations import MANIFEST, Operation
 from breaker.records.settings import FORMAT
+from breaker.records.words import phases_in_names
 
 ANY = ""
 """Key of operations whose files may have any motion."""
@@ -61,7 +61,7 @@ def list_named(
     for place in map(Path, named):
         if not place.is_dir():
             loose.append(place)
-        elif any(os.path.lexists(place / name) for name in (MANIFEST, *MOTIONS)):
+        elif os.path.lexists(place / MANIFEST):
             for motion, rows in _in_folder(place, endurance, choice).items():
                 listed[motion] += rows
         elif inside := folder.record_files(place):
@@ -82,15 +82,14 @@ def list_named(
 
 
 def _in_folder(place: Path, endurance: Mapping, choice: Choice) -> dict[str, list[Operation]]:
-    """Return the operations of a folder that states their motions."""
-    if choice.every and (fleet := folder.list_fleet(place)):
-        rows = [row for group in fleet.values() for row in group]
+    """Return the operations in the table of a folder."""
+    if choice.every:
+        rows = [row for group in folder.list_fleet(place).values() for row in group]
         return {
             motion: [operation for row_motion, operation in rows if row_motion == motion]
             for motion in choice.motions
         }
     chosen = {name: getattr(choice, name) or endurance[name] for name in ("breaker", "phase")}
-    chosen, channels = ({}, ()) if choice.every else (chosen, choice.channels[:1])
     by_motion, lacking = {}, []
     for motion in choice.motions:
         try:
@@ -98,13 +97,11 @@ def _in_folder(place: Path, endurance: Mapping, choice: Choice) -> dict[str, lis
         except FileNotFoundError as error:
             lacking.append(error)
             continue
-        if channels and any(operation.channel for operation in operations):
+        if choice.channels and any(operation.channel for operation in operations):
             what = "the table of a folder names the channels"
             raise ValueError(f"{what}. Leave --channel out, or choose by --phase")
-        by_motion[motion] = [
-            replace(operation, channel=operation.channel or "".join(channels))
-            for operation in operations
-        ]
+        channel = "".join(choice.channels[:1])
+        by_motion[motion] = [replace(e, channel=e.channel or channel) for e in operations]
     if not by_motion:
         raise lacking[0]
     return by_motion
@@ -128,11 +125,25 @@ def _in_files(
         known = ", ".join(sorted({*channels.values()} - {""})) or "none"
         what = f"no file states phase {choice.phase}; they state: {known}"
         raise ValueError(f"{what}. Name another phase, or write a table {MANIFEST}")
-    numbers = number_poles(poles)
+    numbers = _number_poles(poles)
     return folder.each_line(
         Operation(last + numbers[path], path, channel, phase=phase)
         for (path, channel), phase in wanted.items()
     )
+
+
+def _number_poles(files: Mapping[Path, tuple[Sequence[str], str]]) -> dict[Path, int]:
+    """Return the number of the operation of each file, from 1, by its phases and its day.
+
+    On one day, the first files of several phases are poles of one operation, their second files
+    are the next operation. A file without a stated phase is a separate operation.
+    """
+    turns, operations, poles = Counter(), {}, {}
+    for path, (phases, day) in files.items():
+        turns.update((day, phase) for phase in {*phases})
+        turn = max((turns[day, phase] for phase in phases), default=path)
+        poles[path] = operations.setdefault((day, turn), len(operations) + 1)
+    return poles
 
 
 def _channels(file: Opened, form: Mapping, choice: Choice) -> dict[str, str]:

@@ -6,7 +6,7 @@ Light to import.
 import csv
 import math
 import re
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from io import StringIO
@@ -77,14 +77,8 @@ class Operation:
 _Row = tuple[int, str, Operation]  # line, motion and operation
 
 
-def read_manifest(
-    file: str | Path, events: Collection[str] | None = None
-) -> list[tuple[str, Operation]]:
+def read_manifest(file: str | Path) -> list[tuple[str, Operation]]:
     """Return motion and operation of each row of a folder's table, also as spreadsheets write it.
-
-    Args:
-        file: The table.
-        events: Events that the table may name in addition to the usual ones; None for any text.
 
     Raises:
         ValueError: If anything is wrong, with line, column, value and remedy for several rows.
@@ -94,8 +88,6 @@ def read_manifest(
     order = day_order(dates_of(cells.get("date", "")) for _, cells in rows)
     nameless = _Cell("below the name of a column", "(?!)")
     kinds = READ | {"": nameless, "date": _Cell("", read=partial(cell_date, order=order))}
-    if events is not None:
-        kinds["event"] = _Cell("", read=partial(_event, events))
     manifest: list[_Row] = []
     wrong = []
     for line, cells in rows:
@@ -188,13 +180,12 @@ def event_words(event: str) -> tuple[str, ...]:
     return tuple(dict.fromkeys(word.lower() for word in words if word))
 
 
-def _event(more: Collection[str], cell: str) -> str:
-    """Return a cell that names usual events or those in ``more``; raise ValueError otherwise."""
-    known = {word for events in (*EVENTS, *more) for word in event_words(events)}
-    if unknown := [word for word in event_words(cell) if word not in known]:
-        which = f"{unknown[0]!r} is not one of {', '.join(sorted(known))}"
-        raise ValueError(f"{which}; write these with commas between, or add to endurance.events")
-    return cell
+def renewed_by(more: Mapping[str, Sequence[str]]) -> dict[str, Sequence[str]]:
+    """Return what each event renews, by the words of ``event_words``; ``more`` is the section
+    ``endurance.events``.
+    """
+    definitions = {**EVENTS, **more}.items()
+    return {word: parts for events, parts in definitions for word in event_words(events)}
 
 
 _ANY = f".{{1,{LONGEST}}}"

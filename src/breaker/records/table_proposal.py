@@ -6,6 +6,7 @@ that the table is rejected until it is completed.
 
 import math
 import os
+import re
 from collections import Counter, defaultdict
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
@@ -17,7 +18,6 @@ from breaker.common.text import table_text
 from breaker.model.parameters import MOTIONS
 from breaker.model.quantities import ABOUT
 from breaker.records.dates import dates_of, in_order
-from breaker.records.file_names import numbers_in, phases_in_names
 from breaker.records.files import Opened, printable
 from breaker.records.folder import record_files
 from breaker.records.formats.lines import RecordLine
@@ -25,7 +25,7 @@ from breaker.records.formats.registry import records_in
 from breaker.records.header import Header
 from breaker.records.operations import FILL_IN, LONGEST
 from breaker.records.settings import FORMAT
-from breaker.records.words import motions_in
+from breaker.records.words import motions_in, phases_in_names
 
 if TYPE_CHECKING:  # no record is read here
     from breaker.records.curves import GriddedRecord
@@ -33,6 +33,9 @@ if TYPE_CHECKING:  # no record is read here
 
 _COLUMNS = ("file", "motion", "operation", "channel", *ABOUT, "from", "to")
 _Row = dict[str, Any]  # cells of a row of the table
+# The only number in the name of a file, without a unit behind it; six digits are a date or a time.
+_COUNTER = re.compile(r"[^0-9]*([0-9]{1,5})(?:(?:[^\w%°.,]|_)[^0-9]*)?")
+_YEAR = re.compile("19[5-9][0-9]|20[0-5][0-9]")
 
 
 class InspectedMotion(NamedTuple):
@@ -233,7 +236,7 @@ def _number(rows: Sequence[_Row]) -> bool:
         row["phase"] = row["phase"] or named.get(Path(row["file"]), "")
         poles[row["motion"], row["phase"]].append(row)
     for pole in poles.values():
-        numbers = numbers_in([Path(row["file"]).stem for row in pole])
+        numbers = _counters([Path(row["file"]).stem for row in pole])
         for row, number in zip(pole, numbers, strict=True):
             row["operation"] = row["operation"] or number
     if all(len({row["operation"] for row in p} - {None}) == len(p) for p in poles.values()):
@@ -248,3 +251,15 @@ def _number(rows: Sequence[_Row]) -> bool:
     for row in rows:
         row["operation"] = ranks[row["operation"]]
     return False
+
+
+def _counters(stems: Sequence[str]) -> list[int | None]:
+    """Return the counter in each of the names of files; None if a name is ambiguous, or all are
+    years.
+
+    >>> _counters(["op_0007", "op_0008_closing", "op_0009_10kHz", "notes"])
+    [7, 8, None, None]
+    """
+    numbers = [match[1] if (match := _COUNTER.fullmatch(stem)) else "" for stem in stems]
+    years = all(map(_YEAR.fullmatch, numbers))
+    return [None if years or not number else int(number) for number in numbers]

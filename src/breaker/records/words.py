@@ -6,6 +6,7 @@ single letter matters, and letters of phases are not units: `Travel (S)`.
 """
 
 import re
+from collections import defaultdict
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import lru_cache
 from pathlib import Path
@@ -217,3 +218,25 @@ def phase_in(text: str) -> str:
     """Return the phase that a text names, empty without a phase."""
     match = _PHASE.search(split_unit(text.strip())[0])
     return next(filter(None, match.groups()), "").strip() if match else ""
+
+
+def phases_in_names(files: Iterable[Path]) -> dict[Path, str]:
+    """Return the phase in the name of each file; nothing if a name lacks a phase.
+
+    A letter is a phase if names differ only in it and in digits, and all letters are of one system.
+
+    >>> [*phases_in_names([Path("108-R 1.csv"), Path("108-Y 1.csv")]).values()]
+    ['R', 'Y']
+    """
+    groups: dict[str, dict[Path, str]] = defaultdict(dict)
+    for file in files:
+        matches = IN_FILE.findall(file.stem)
+        other = re.sub("[0-9]", "0", IN_FILE.sub("", file.stem))
+        groups[other][file] = matches[0] if len(matches) == 1 else ""
+    named = {}
+    for phases in groups.values():
+        there = {*phases.values()}
+        if len(there) < 2 or not any(there <= {*system.split()} for system in WORDS["systems"]):
+            return {}
+        named |= phases
+    return named
