@@ -159,15 +159,16 @@ def test_each_line_that_is_a_record_has_a_row_with_its_motion(tmp_path):
     """Planted: a line is there twice."""
     at = np.arange(200.0)
     angle = 60.0 / (1.0 + np.exp(0.4 * (50.0 - at))) + 0.01 * np.sin(at**2)
-    lines = ["ID;Time;Interval [ms];Angle [deg]"]
+    lines = []
     for k in range(4):
         values = angle[::-1] if k % 2 else angle
         cells = ",".join(f"{value + 0.01 * (k % 3):.2f}" for value in values)
-        lines.append(f"{k + 5};2024-05-0{k + 1} 10:00:00;0.2;{cells}")
+        before = f"ID:{k + 5};Time:2024-05-0{k + 1} 10:00:00;Interval (ms):0.2"
+        lines.append(f"{before};Angle [deg]:{cells}")
     (tmp_path / "bench.txt").write_text("\n".join([*lines, lines[-1]]))
     rows, remarks = looked(tmp_path)
     for k, row in enumerate(rows):
-        assert (row["line"], row["operation"]) == (str(k + 2), str(k + 5))
+        assert (row["line"], row["operation"]) == (str(k + 1), str(k + 5))
         assert row["date"] == f"2024-05-0{k + 1}T10:00:00"
         assert row["motion"] == ("opening" if k % 2 else "closing")
         assert row["sign"] == "FILL IN"

@@ -102,7 +102,7 @@ def header_of(rows: Sequence[Sequence[str]], samples: int = 0) -> Header:
     (10.0, '17')
     """
     kept = ([cell[: _MOST[2]] for cell in row[: _MOST[1]]] for row in rows[: _MOST[0]])
-    pairs = [pair for row in kept for pair in _pairs_in(row)]
+    pairs = [pair for row in kept for pair in pairs_in(row)]
     operations = {words.sequence_of(pair.text) for pair in stated_as(pairs, "operation")} - {""}
     length, unit = next((p.number() for p in stated_as(pairs, "length")), (math.nan, ""))
     length *= TO_MS.get(unit_of(unit) or "", math.nan)
@@ -205,7 +205,7 @@ def _strokes(pairs: Iterable[Pair]) -> tuple[float, ...]:
 # ---- names and values ----------------------------------------------------------------------------
 
 
-def _pairs_in(row: Sequence[str]) -> list[Pair]:
+def pairs_in(row: Sequence[str]) -> list[Pair]:
     """Return the pairs of a line by its cells; values before the first name are dropped."""
     pairs: list[tuple[str, list[str]]] = []
     for text, named in _tokens([part for cell in row for part in _parts(cell)]):

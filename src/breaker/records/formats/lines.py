@@ -1,15 +1,14 @@
 """Texts with one record on each line, as monitors and benches for endurance tests save them.
 
-A line contains the number of the operation, its date, the interval between samples, and then all
-values: in named fields (``ID:1;Interval (ms):0.4;Values:1204,1201``), or below a line of names,
-whose last name is for the values. A file has thousands of records, so a line is only read on
-request.
+A line consists of named fields, and the last field has the values of all samples:
+``ID:1;Date:2024-11-20 15:11:07;Interval (ms):0.4;Values:1204,1201``. A file has thousands of
+records, so a line is only read on request.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -17,13 +16,13 @@ import numpy as np
 from breaker.records.cells import NOT_A_NUMBER, is_number, strict_numbers
 from breaker.records.dates import clock_of, dates_of, day_order, in_order
 from breaker.records.files import Opened, RejectedCurveError, check_lines, check_size
-from breaker.records.formats.text import DELIMITERS, FEWEST, encoding_of, long_lines, signs_of
-from breaker.records.header import header_of
+from breaker.records.formats.text import FEWEST, encoding_of, first_line, signs_of
+from breaker.records.header import header_of, pairs_in
 from breaker.records.settings import TO_MS
 from breaker.records.sheet import Sheet
 
 _SAMPLE = 2000  # signs of values from which the delimiter and the decimal sign are estimated
-_FIELDS = re.compile(r"(.*[;|\t,])?\s*([^\W\d][^:=;|\t,]*)[:=]([^:=]*)")  # before, name, values
+_FIELDS = re.compile(r"(.*[;|\t,])?\s*([^\W\d][^:=;|\t,]*)[:=]")  # fields before, name of values
 
 
 class RecordLine(NamedTuple):
@@ -41,53 +40,46 @@ class RecordLine(NamedTuple):
 
 
 class _Form(NamedTuple):
-    """Layout of lines: signs of values, names above them (empty for named fields), the sign between
-    names, and the bytes of each record by its line.
-    """
+    """Layout of lines: signs of values, and the bytes of each record by its line."""
 
     signs: Mapping[str, str]
-    names: Sequence[str]
-    between: str
     records: Mapping[int, bytes]
 
 
 def form_of(opened: Opened) -> _Form | None:
-    """Return the layout of a text with a record (one name, many values) on each line, or None."""
+    """Return the layout of a text with a record on each line; None for another first line."""
     return opened.once("form of lines", lambda: _form_of(opened))
 
 
 def _form_of(opened: Opened) -> _Form | None:
-    """Return the layout by the first two lines; None if these are not records."""
-    first = long_lines(opened.content)
-    if not first or b"\r" in first[0].strip():
-        return None  # no lines, short lines, or other ends of lines
-    encoding = encoding_of(b"\n".join(first))
-    head, last = (line.decode(encoding, errors="replace").strip() for line in (first[0], first[-1]))
-    names, between = [], ""
-    if fields := _FIELDS.fullmatch(last):
-        values = fields[3]
-    else:
-        between = next((sign for sign in DELIMITERS if sign in head), ";")
-        names = _cells(head, between)
-        values = _cells(last, between, len(names) - 1)[-1]
-    delimiter, decimal = signs_of([values[:_SAMPLE]])
-    cells = _cells(values, delimiter)
-    if sum(is_number(cell, decimal) for cell in cells[:_SAMPLE]) < FEWEST:
+    first = first_line(opened.content)
+    if b"\r" in first:
         return None
-    if not fields and not (len(first) > 1 and 2 <= len(names) < len(cells) / 2 and all(names)):
+    encoding = encoding_of(first)
+    _, _, values = _split(first, encoding)
+    delimiter, decimal = signs_of([values[:_SAMPLE]])
+    if sum(is_number(cell, decimal) for cell in _cells(values[:_SAMPLE], delimiter)) < FEWEST:
         return None
     check_lines(opened.file, opened.content)
     lines = enumerate(map(bytes.strip, opened.content.split(b"\n")), start=1)
-    records = {number: line for number, line in lines if line}
-    if names:
-        del records[min(records)]
     signs = {"encoding": encoding, "delimiter": delimiter, "decimal": decimal}
-    return _Form(signs, names, between, records)
+    return _Form(signs, {number: line for number, line in lines if line})
 
 
-def _cells(text: str, delimiter: str, most: int = -1) -> list[str]:
+def _split(line: bytes, encoding: str) -> tuple[str, str, str]:
+    """Return the fields before the samples of a record, and the name and the text of the samples;
+    all are empty if the line is not a record.
+    """
+    text = line.decode(encoding, errors="replace")
+    head = max(text.rfind(":"), text.rfind("=")) + 1
+    if (fields := _FIELDS.fullmatch(text[:head])) is None:
+        return "", "", ""
+    return fields[1] or "", fields[2].strip(' "'), text[head:]
+
+
+def _cells(text: str, delimiter: str) -> list[str]:
     text = text.strip(f" \t\r\n;|{delimiter}")
-    cells = text.split(None if delimiter == " " else delimiter, most)
+    cells = text.split(None if delimiter == " " else delimiter)
     return [cell.strip(' "') for cell in cells] if " " in text or '"' in text else cells
 
 
@@ -95,11 +87,12 @@ def records_in(opened: Opened) -> list[RecordLine]:
     """Return the records of a file, in the order of their lines. A record without a stated number
     gets its place, from 1.
     """
-    form = form_of(opened)
-    stated = [[pair[1] for pair in _split(form, line)[0]] for line in form.records.values()]
+    encoding, lines = form_of(opened).signs["encoding"], form_of(opened).records
+    fields = [[_split(line, encoding)[0]] for line in lines.values()]
+    stated = [[pair.text for pair in pairs_in(row)] for row in fields]
     dates = [next(filter(None, map(dates_of, values)), {}) for values in stated]
     order, records = day_order(filter(None, dates)), []
-    for values, readings, line in zip(stated, dates, form.records, strict=True):
+    for values, readings, line in zip(stated, dates, lines, strict=True):
         number = next(filter(str.isdecimal, values), len(records) + 1)
         days = in_order(readings, order) if readings else ()
         clock = next(filter(None, map(clock_of, values)), "")
@@ -115,20 +108,20 @@ def read(opened: Opened, form: Mapping) -> list[Sheet]:
         RejectedCurveError: If the line is not a record, or its values are not numbers.
     """
     file, layout = opened.file, form_of(opened)
-    line = form.get("line") or next(iter(layout.records), 0)
+    line = form.get("line") or min(layout.records)
     signs = layout.signs | {key: form[key] for key in layout.signs if key in form}
-    fields, name, values = _split(layout._replace(signs=signs), layout.records.get(line, b""))
-    cells, decimal = _cells(values, signs["delimiter"]), signs["decimal"]
+    fields, name, values = _split(layout.records.get(line, b""), signs["encoding"])
+    cells = _cells(values, signs["delimiter"])
     if not name:
         reason = "has no record on this line; write on each its values as one list, of one name"
         raise RejectedCurveError(file, reason, line=line)
     check_size(file, len(cells), 1, line=line)
-    numbers, wrong = strict_numbers(cells, decimal)
+    numbers, wrong = strict_numbers(cells, signs["decimal"])
     if wrong:
         cell = cells[wrong[0]].strip()[:40]
         reason = f"value {wrong[0] + 1} of {name!r} is {cell!r}, {NOT_A_NUMBER}"
         raise RejectedCurveError(file, reason, line=line)
-    header = header_of([[f"{key}:", value] for key, value in fields], numbers.size)
+    header = header_of([[fields]], numbers.size)
     unit, names, columns, texts = form.get("time_unit", "ms"), [name], [numbers], [""]
     if timed := header.rate > 0 and form.get("time_column", "") is not None:
         time = np.arange(numbers.size) / header.rate / TO_MS[unit]
@@ -148,23 +141,3 @@ def read(opened: Opened, form: Mapping) -> list[Sheet]:
         header=header,
     )
     return [sheet]
-
-
-def _split(form: _Form, line: bytes) -> tuple[list[tuple[str, str]], str, str]:
-    """Return the stated names and values of a record, and the name and the text of its samples; all
-    are empty if the line is not a record.
-    """
-    text = line.decode(form.signs["encoding"], errors="replace")
-    if form.names:
-        last = len(form.names) - 1
-        *cells, values = _cells(text, form.between, last)
-        pairs = zip(form.names, cells, strict=False)
-        return [*pairs], form.names[last] if len(cells) == last else "", values
-    head = max(text.rfind(":"), text.rfind("=")) + 1  # matching all values would be slow
-    if (fields := _FIELDS.fullmatch(text[:head])) is None:
-        return [], "", ""
-    before, name, _ = fields.groups()
-    parts = re.split(r"[;|\t]" if form.signs["decimal"] == "," else r"[;|\t,]", before or "")
-    pairs = (re.split("[:=]", part, maxsplit=1) for part in parts)
-    stated = [(pair[0].strip(' "'), pair[1].strip(' "')) for pair in pairs if len(pair) > 1]
-    return stated, name.strip(' "'), text[head:]

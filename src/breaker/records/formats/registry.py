@@ -173,7 +173,7 @@ def _format_of(opened: Opened) -> Format:
     for form in FORMATS:
         if opened.content.startswith(form.signatures):
             return form
-    if named is TEXT and text.long_lines(opened.content):
+    if named is TEXT and text.first_line(opened.content):
         lines = import_module(LINES.module)
         return LINES if lines.form_of(opened) else TEXT
     if named.signatures and not any(signature in opened.content for signature in named.signatures):

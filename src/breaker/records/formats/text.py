@@ -38,7 +38,7 @@ FEWEST = 50
 begin."""
 
 _TOP = 500  # lines in which samples begin: a preamble has at most 400 (see ``header``)
-_TWO = 2**21  # bytes that contain two records on lines, with 100,000 samples each
+_TWO = 2**21  # bytes that contain a record on one line, with 100,000 samples
 _CODES = ("gb18030", "shift_jis", "cp1251")
 _WORDS = re.compile(words.any_of(words.WORDS["telling"]))
 _LONG = re.compile(rf"\n.{{{BLOCK}}}")
@@ -100,10 +100,10 @@ def sheet_of(opened: Opened, text: str, settings: Mapping, form: Mapping, title:
     return Sheet(file, names, columns, texts, preamble, settings, lines=lines, wrong=wrong)
 
 
-def long_lines(content: bytes) -> list[bytes]:
-    """Return the first two lines of a text if one is long enough for a record; else none."""
-    first = [line for line in content[:_TWO].split(b"\n", 9)[:9] if line.strip()][:2]
-    return first if max(map(len, first), default=0) >= 2 * FEWEST else []
+def first_line(content: bytes) -> bytes:
+    """Return the first line of a text that is not blank, if it is long enough for a record."""
+    line = next(filter(None, map(bytes.strip, content[:_TWO].split(b"\n", 9)[:9])), b"")
+    return line if len(line) >= 2 * FEWEST else b""
 
 
 def encoding_of(content: bytes) -> str:
