@@ -6,7 +6,6 @@ import pytest
 import yaml
 
 from breaker.cli import main
-from breaker.records.folder import list_operations
 from tests.cli.conftest import written
 
 
@@ -26,12 +25,11 @@ def test_a_file_is_inspected_and_its_proposal_reads_it(folder, capsys, shown):
     text = (folder / "a.csv").read_text(encoding="utf-8")
     swapped = text.translate(str.maketrans(".,", ",;"))  # with decimal commas
     (folder / "german.csv").write_text(swapped, encoding="utf-8")
-    out, err = shown("german.csv", "--output", "german.yaml", "--plot", "german.png")
+    out, err = shown("german.csv", "--output", "german.yaml")
     assert err == ""
     overlay = (folder / "german.yaml").read_text(encoding="utf-8")
     assert overlay in out
     assert yaml.safe_load(overlay)["endurance"]["format"]["delimiter"] == ";"
-    assert (folder / "german.png").stat().st_size > 10_000
     assert main(["infer", "german.csv", "--config", "few.yaml", "german.yaml"]) == 0
     first = capsys.readouterr().out
     assert main(["infer", "a.csv", "--config", "few.yaml"]) == 0
@@ -84,16 +82,3 @@ def test_a_folder_without_a_table_has_one_proposed_and_is_then_checked(folder, p
     table.write_text("\n".join(rows), encoding="utf-8")
     assert "line 3, column date" in shown("own", status=1).err
     shown("own", "--output", "new.csv", status=1)  # never another table beside the first
-    table.unlink()
-    (own / "notes.txt").unlink()
-    shown("own", "--channels", "A", "B", "--output", str(table))
-    (operation,) = list_operations(own, "closing", phase="B")
-    assert (operation.number, operation.channel) == (1, "B")
-
-
-@pytest.mark.parametrize(
-    "words", ["a.csv --channels A", "own --channel A", "own --plot a.png"], ids=range(3)
-)
-def test_an_option_that_does_not_fit_is_refused(folder, shown, words):
-    (folder / "own").mkdir()
-    assert words.split()[1] in shown(*words.split(), status=1).err

@@ -1,16 +1,11 @@
 """Figures show the numbers that they were given; the workflow's own run draws every one."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 import xarray as xr
 
 from breaker.common.randomness import generator
-from breaker.configuration.definitions import simulated_test
 from breaker.configuration.loading import defaults
-from breaker.family.curve_file import write_curve
-from breaker.family.endurance import EnduranceTest
 from breaker.figures import calibration, pairs, style
 from breaker.figures.exactness import exactness
 from breaker.figures.life import (
@@ -19,12 +14,10 @@ from breaker.figures.life import (
     health,
     remaining_life,
 )
-from breaker.figures.records import record
 from breaker.figures.verdict import verdict
 from breaker.paper import validation
 from breaker.paper.calibration import judge_draws
 from breaker.prognosis.states import states_of
-from breaker.records.proposal import inspect_file
 from tests.figures.drawn import assert_drawn, line_of, words
 from tests.lives import LIMITS, a_life
 from tests.paper.made import NAMES, exact_posteriors, judgement, posteriors
@@ -162,30 +155,3 @@ def test_a_verdict_has_a_bar_where_the_state_is_known(value, new, drawn):
     assert_drawn(figure)
     rows = [part.get_segments()[0][0, 1] for part in figure.axes[0].collections]
     assert (0 in rows) == drawn
-
-
-# ---- one drive -----------------------------------------------------------------------------------
-
-
-def test_a_record_is_drawn_with_its_motions_and_doubtful_samples(tmp_path):
-    """Close and open in one record, 100 ms apart, with a spike."""
-    drive = EnduranceTest.from_settings(simulated_test(defaults()), 1).new
-    time = np.arange(0.0, 220.0, 0.1)
-    closing, opening = drive.travel("closing", time - 20.0), drive.travel("opening", time - 120.0)
-    travel = np.where(time < 120.0, closing, opening)
-    travel += 0.05 * np.random.default_rng(1).standard_normal(time.size)
-    travel[300] = 40.0
-    write_curve(tmp_path / "record.csv", time, travel, motion="closing", operation=1)
-    proposal = inspect_file(tmp_path / "record.csv", defaults()["sensor"])
-    axis, *_ = record(proposal).axes
-    travel[300] = np.nan
-    drawn = line_of(axis, style.MEASURED).get_ydata()
-    np.testing.assert_allclose(drawn, travel.round(3), atol=1e-9)
-    assert line_of(axis, style.WARNING, "x").get_xdata() == pytest.approx([30.0])
-    moves = [motion.record.moves for motion in proposal.motions]
-    assert moves == pytest.approx([20.0, 120.0], abs=0.6)
-    lines = [line.get_xdata() for line in axis.lines]
-    assert [xs[0] for xs in lines if len(xs) == 2 and xs[0] == xs[1]] == moves
-    refused = [motion._replace(result=None, said=("no",)) for motion in proposal.motions]
-    shown = record(replace(proposal, motions=refused)).axes[0].lines[0].get_ydata()
-    assert shown[300] == 40.0  # drawn as it is where nothing could be read

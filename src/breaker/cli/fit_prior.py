@@ -3,7 +3,7 @@
 import argparse
 
 from breaker.cli.inputs import settings_of
-from breaker.cli.outputs import check_outputs, draw, say_written, write_lines
+from breaker.cli.outputs import check_outputs, write_lines
 from breaker.common.text import say
 
 
@@ -16,12 +16,11 @@ def add(fit_prior: argparse.ArgumentParser) -> None:
     fit_prior.add_argument("folders", metavar="FOLDER", help=what, nargs="+")
     fit_prior.add_argument("--type", default="", metavar="NAME", help="type that the table states")
     fit_prior.add_argument("--output", metavar="YAML", help="write the lines of configuration here")
-    fit_prior.add_argument("--plot", metavar="PNG", help="draw the prior to this file")
 
 
 def run(options: argparse.Namespace) -> int:
     """Fit the prior, and print its report and the lines of configuration."""
-    check_outputs([(options.output, "lines"), (options.plot, "picture")])
+    check_outputs([(options.output, "lines")])
     config = settings_of(options.config)
     from breaker.common.document import text_of
     from breaker.configuration.definitions import types_of
@@ -45,11 +44,6 @@ def run(options: argparse.Namespace) -> int:
         raise ValueError(in_words("type-unusable", reason=error)) from error
     document = document_of(fitted)
     lines = configuration_lines(settings, document)
-    written = [write_lines(options.output, lines) if options.output else lines.rstrip("\n")]
-    if options.plot:
-        from breaker.figures.reports import fitted_prior
-
-        written.append(draw(fitted_prior(fitted), options.plot))
     say(text_of(document), end="\n\n")
-    say_written(written)
+    say(write_lines(options.output, lines) if options.output else lines.rstrip("\n"))
     return 0

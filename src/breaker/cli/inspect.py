@@ -2,11 +2,11 @@
 
 import argparse
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 
-from breaker.cli.inputs import SEVERAL, settings_of
-from breaker.cli.outputs import check_outputs, draw, say_written, write_lines
+from breaker.cli.inputs import settings_of
+from breaker.cli.outputs import check_outputs, say_written, write_lines
 from breaker.common.text import say
 
 
@@ -20,34 +20,23 @@ def add(inspect: argparse.ArgumentParser) -> None:
     inspect.add_argument("file", metavar="FILE|FOLDER", help="a record, or a folder of records")
     inspect.add_argument("--channel", default="", metavar="NAME", help="column of travel")
     inspect.add_argument("--output", metavar="YAML|CSV", help="write the proposal to this new file")
-    inspect.add_argument("--plot", metavar="PNG", help="draw the record to this file")
-    what = "columns of travel in each file, for the proposed table"
-    inspect.add_argument("--channels", metavar="NAME", help=what, **SEVERAL)
 
 
 def run(options: argparse.Namespace) -> int:
     """Inspect a file, or check or propose the table of a folder."""
     from breaker.records.operations import MANIFEST
 
-    folder = os.path.isdir(options.file)
-    unfit = ("channel", "plot") if folder else ("channels",)
-    _refuse(options, unfit, f"is not for a {'folder' if folder else 'file'}")
-    check_outputs([(options.output, "lines"), (options.plot, "picture")])
+    check_outputs([(options.output, "lines")])
     config = settings_of(options.config)
-    if not folder:
+    if not os.path.isdir(options.file):
         return _look_into(options, config)
-    if not os.path.lexists(table := Path(options.file, MANIFEST)):
+    if options.channel:
+        raise ValueError("--channel is for a file. Leave it out, or name a file of the folder")
+    if not os.path.lexists(Path(options.file, MANIFEST)):
         return _propose(options, config)
-    _refuse(
-        options, ("output", "channels"), f"is for a folder without a table, and {table} is there"
-    )
+    if options.output:
+        raise ValueError(f"{options.file} has a table {MANIFEST}. Leave --output out to check it")
     return _check(options.file, config)
-
-
-def _refuse(options: argparse.Namespace, names: Sequence[str], why: str) -> None:
-    """Refuse options that do not fit the file or folder."""
-    if given := [name for name in names if getattr(options, name)]:
-        raise ValueError(f"--{given[0]} {why}; leave it out, or name a file or folder that fits")
 
 
 def _look_into(options: argparse.Namespace, config: Mapping) -> int:
@@ -59,10 +48,6 @@ def _look_into(options: argparse.Namespace, config: Mapping) -> int:
     overlay = overlay_of(proposal)
     output = options.output if proposal.is_read else None
     written = [write_lines(output, overlay)] if output else []
-    if options.plot:
-        from breaker.figures.records import record
-
-        written.append(draw(record(proposal), options.plot))
     say(text_of(words_of(proposal)))
     if proposal.is_read:
         say(f"\nProposed settings, for a file after --config:\n\n{overlay}")
@@ -98,11 +83,10 @@ def _propose(options: argparse.Namespace, config: Mapping) -> int:
     def look(file: Opened, line: int) -> Description:
         seen = describe_file(file, line)
         # The configuration overrides settings that are found in the file.
-        stated = options.channels or config["endurance"]["format"] != FORMAT
+        stated = config["endurance"]["format"] != FORMAT
         return seen._replace(settings={}, sure=True, reason="") if stated else seen
 
-    asked = options.file, options.channels, config["motions"]
-    text, remarks = propose_manifest(*asked, look)
+    text, remarks = propose_manifest(options.file, config["motions"], look)
     if options.output:
         say(write_lines(options.output, text))
         step = "complete it"

@@ -150,11 +150,6 @@ class TypePrior:
         median = np.median([(shape.stroke, shape.duration) for shape in shapes], axis=0)
         return Size(*(float(in_digits(v, 3)) for v in median / np.exp(self.levels.usual[:, 0])))
 
-    @property
-    def reference(self) -> Prior:
-        """Prior of the family at the size of the type."""
-        return Prior.from_settings(self.levels.settings["prior"]).sized(self.size)
-
     @cached_property
     def prior(self) -> Prior:
         """Prior of the type, widened by uniformly distributed wear."""

@@ -7,103 +7,19 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from breaker.common.numerals import in_digits, in_p
+from breaker.common.numerals import in_p
 from breaker.figures import panels as p
 from breaker.figures import style
 from breaker.model.parameters import PARAMETERS
 from breaker.model.quantities import EVENTS
 from breaker.records.files import printable
-from breaker.records.noise import slope
 
 if TYPE_CHECKING:
     from breaker.diagnosis.estimate import Estimate
-    from breaker.records.proposal import Proposal
-    from breaker.records.table_proposal import InspectedMotion
 
 MOTIONS = {"closing": style.CORRECTED, "opening": style.AMORTISED}  # colours
 BAND = {"color": style.PRIOR, "alpha": 0.25, "lw": 0}  # look of tolerance bands
 _MOST = 30  # most operations whose posteriors are drawn
-
-
-@style.styled
-def record(proposal: "Proposal") -> Figure:
-    """Draw a record as inspected: all channels, and the speed, the first two motions and the rest
-    position of the first channel. If no motion can be read, draw the columns of the file.
-    """
-    read = [checked for checked in proposal.motions if checked.record]
-    name = style.literal(f"record {proposal.findings.sheet.file.name}")
-    if not read:
-        figure = style.new_figure(11.0, 4.0)
-        axis = figure.subplots()
-        for travel in proposal.findings.travels:
-            axis.plot(proposal.findings.sheet.columns[travel.place], color=style.MEASURED, lw=0.8)
-        axis.set(xlabel="sample", ylabel=f"travel ({travel.unit or 'no unit'})")
-        style.title(figure, "No motion could be read", name, failed=True)
-        return figure
-    first = [motion for motion in read if motion.column == read[0].column]
-    one, noise, shown = first[0].record, first[0].result.noise, first[:2]
-    figure = style.new_figure(11.0, 9.4)
-    grid = figure.add_gridspec(3, len(shown) + 1, height_ratios=[1.5, 0.9, 1.1])
-    entire = figure.add_subplot(grid[0, :])
-    speed = figure.add_subplot(grid[1, :], sharex=entire)
-    for column, channel in {read_motion.column: read_motion.record for read_motion in read}.items():
-        main = column == first[0].column
-        look = {"color": style.MEASURED, "lw": 1.4} if main else {"color": style.PRIOR, "lw": 0.7}
-        entire.plot(channel.time, channel.sure, zorder=3 if main else 2, **look)
-    duration = min(read_motion.arrives - read_motion.begins for read_motion in first)
-    half = max(2, round(0.06 * duration / one.step))  # straight lines through an eighth of a motion
-    speed.plot(one.time, slope(one.sure, half, one.step), color=style.MEASURED, lw=1.0)
-    for seen in first:
-        _motion(entire, speed, seen)
-    entire.set(ylabel=style.TRAVEL, xlim=one.time[[0, -1]])
-    speed.set_ylabel("speed (m/s)")
-    for k, seen in enumerate(shown):
-        reach = max(4.0, 0.15 * (seen.arrives - seen.begins))
-        axis = figure.add_subplot(grid[2, k])
-        _near(axis, seen, -reach, reach, f"{seen.motion} begins at {seen.record.moves:.1f} ms")
-        axis.axvline(seen.record.moves, color=MOTIONS[seen.motion], lw=1.2)
-    axis, sd = figure.add_subplot(grid[2, -1]), noise.sd
-    words = [f"at rest: sd {in_digits(sd, 2)} mm"]
-    words += [f"steps of {in_digits(one.quantum, 2)} mm"] if one.quantum else []
-    words += [f"correlation {noise.colour:.2f}"] if np.isfinite(noise.colour) else []
-    _near(axis, shown[0], -50.0, -1.0, ", ".join(words))
-    axis.axhspan(one.segment.before - sd, one.segment.before + sd, **BAND)
-    doubts = sum(int((seen.record.doubts != "").sum()) for seen in read)
-    count = "One motion" if len(read) == 1 else f"{len(read)} motions"
-    style.title(figure, f"{count} found, {doubts or 'no'} doubtful samples", name)
-    p.legend_below(figure, columns=4)
-    return figure
-
-
-def _motion(entire: Axes, speed: Axes, seen: "InspectedMotion") -> None:
-    """Mark a motion, its rest positions and doubtful samples."""
-    one, colour = seen.record, MOTIONS[seen.motion]
-    for axis in (entire, speed):
-        label = f"{seen.motion}, to its rest"
-        axis.axvspan(one.moves, seen.arrives, color=colour, alpha=0.15, lw=0, label=label)
-        axis.axvline(one.moves, color=colour, lw=1.2, label=f"{seen.motion}: first motion")
-    begin, end = one.time[one.segment.begin], one.time[one.segment.end - 1]
-    look = {"color": colour, "ls": "--", "lw": 1.2, "zorder": 4, "label": "rest position"}
-    entire.hlines([one.segment.before], begin, one.moves, **look)
-    entire.hlines([one.segment.after], seen.arrives, end, **look)
-    doubtful = one.doubts != ""
-    if doubtful.any():
-        inside = np.clip(one.whole[doubtful], *entire.get_ylim())
-        look = {"color": style.WARNING, "ms": 6, "zorder": 5, "label": "doubtful sample"}
-        entire.plot(one.time[doubtful], inside, "x", **look)
-
-
-def _near(axis: Axes, seen: "InspectedMotion", low: float, high: float, title: str) -> None:
-    """Draw single samples from ``low`` to ``high`` ms after the first motion."""
-    one = seen.record
-    near = (one.time >= one.moves + low) & (one.time <= one.moves + high)
-    fine, doubtful = near & (one.doubts == ""), near & (one.doubts != "")
-    axis.plot(one.time[fine], one.whole[fine], ".", color=style.MEASURED, ms=3)
-    if high > 0.0:
-        axis.plot(one.time[doubtful], one.whole[doubtful], "x", color=style.WARNING, ms=6)
-    axis.axhline(one.segment.before, color=MOTIONS[seen.motion], ls="--", lw=1.2)
-    axis.set(xlabel="time of the record (ms)", ylabel=style.TRAVEL)
-    p.read_title(axis, title, 3.2)
 
 
 def difference(axis: Axes, overlays: Sequence, colours: Mapping) -> None:

@@ -1,4 +1,4 @@
-"""Figures of reports: comparison of two inspections, curves of a test, prior of a type."""
+"""Figures of reports: comparison of two inspections, and curves of a test."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
@@ -16,7 +16,6 @@ from breaker.diagnosis.curves import curve_of, speed_zone
 from breaker.figures import panels as p
 from breaker.figures import style
 from breaker.figures.records import difference
-from breaker.model.parameters import NAMES
 
 if TYPE_CHECKING:
     from breaker.diagnosis.changes import QuantityChange
@@ -24,7 +23,6 @@ if TYPE_CHECKING:
     from breaker.diagnosis.estimate import Estimate
     from breaker.diagnosis.inspection_change import InspectionChange
     from breaker.diagnosis.report import Report
-    from breaker.diagnosis.type_prior import TypePrior
 
 
 _WIDTH, _PANEL = 7.0, 2.5  # inches: width of the text of A4; height that is easy to read (63 mm)
@@ -210,37 +208,3 @@ def _channel(axis: Axes, estimate: "Estimate", colour: str) -> None:
         axis.plot(instant, level, color=colour, ls="", zorder=4, label=label, **look)
     for level in (raw.segment.before, raw.segment.after):
         axis.axhline(level, color=colour, lw=0.6, ls="--", zorder=1, label="rest positions")
-
-
-@style.styled
-def fitted_prior(fitted: "TypePrior") -> Figure:
-    """Draw densities of both priors, per unit of the logarithm, and the breakers' intervals."""
-    names = [style.literal(parameter_name) for parameter_name in fitted.names]
-    count, named = len(names), len(names) <= 12  # more names would overlap
-    height = 2.6 + 0.09 * min(count, 12)
-    figure, axes = p.panels(len(NAMES), columns=4, width=3.9, height=height)
-    for k, (axis, name) in enumerate(zip(axes, NAMES, strict=True)):
-        both = [(np.log(e.medians[k]), e.log_sds[k]) for e in (fitted.prior, fitted.reference)]
-        intervals = np.quantile(fitted.drawn.theta[..., k], [0.05, 0.5, 0.95], axis=1)
-        low = min(np.log(intervals[0]).min(), *(middle - 3.0 * sd for middle, sd in both))
-        high = max(np.log(intervals[2]).max(), *(middle + 3.0 * sd for middle, sd in both))
-        x = np.linspace(low, high, 300)
-        own, default = (np.exp(-0.5 * ((x - middle) / sd) ** 2) / sd for middle, sd in both)
-        top = max(own.max(), default.max())
-        look = {"color": style.CORRECTED, "alpha": 0.35, "lw": 0, "label": "fitted prior"}
-        axis.fill_between(np.exp(x), own / top, **look)
-        label = "default prior, scaled to the size"
-        axis.plot(np.exp(x), default / top, color=style.PRIOR, ls="--", label=label)
-        rows = -0.67 * (np.arange(count) + 1.0) / (count + 0.5)
-        label = "each breaker by itself: median and 90 % interval"
-        p.draw_intervals(axis, rows, intervals, label=label, color=style.MODEL)
-        axis.set_ylim(rows.min() - 0.1, 1.05)
-        axis.axhline(0.0, color=style.REFERENCE, lw=0.8)
-        axis.set_yticks(rows if named else [], names if named else [])
-        axis.set_title(p.named(name), loc="left")
-        axis.set_xlabel(p.OUTPUTS[name].label)
-        axis.set_ylabel("density" if axis.get_subplotspec().is_first_col() else "")
-    finding = f"Prior of a type from {count} breakers"
-    style.title(figure, finding + ": its spread is a guess" * (count == 1), failed=count == 1)
-    p.legend_below(figure)
-    return figure

@@ -103,7 +103,6 @@ class _File(NamedTuple):
 
 def propose_manifest(
     folder: str | Path,
-    channels: Sequence[str] = (),
     motions: Sequence[str] = MOTIONS,
     look: _Look = lambda *_: Description(),
 ) -> tuple[str, list[str]]:
@@ -114,7 +113,7 @@ def propose_manifest(
     otherwise operations are numbered from 1.
 
     Args:
-        folder, channels: Folder of the curve files; columns of travel, one for each phase.
+        folder: Folder of the curve files.
         motions: Motions that have rows; files of other motions are left out.
         look: Describes the contents of a file, or of a line that is a record.
 
@@ -132,7 +131,7 @@ def propose_manifest(
     groups: dict[str, list[_Row]] = defaultdict(list)
     for file in files:
         breaker = (file.breaker or (FILL_IN if stated else file.folder))[:LONGEST]
-        kept = (row for row in _rows(file, channels) if row["motion"] in (*motions, FILL_IN))
+        kept = (row for row in _rows(file) if row["motion"] in (*motions, FILL_IN))
         groups[breaker] += [{**row, "breaker": breaker} for row in kept]
     rows = [row for group in groups.values() for row in group]
     if not rows:
@@ -185,7 +184,7 @@ def _files(folder: Path, look: _Look, remarks: list[str]) -> list[_File]:
 # ---- rows ----------------------------------------------------------------------------------------
 
 
-def _rows(file: _File, channels: Sequence[str]) -> list[_Row]:
+def _rows(file: _File) -> list[_Row]:
     """Return a row for each motion of each channel in a file, without breaker and counter."""
     seen, shown = file.seen, {part.motion for part in file.seen.parts}
     line, number, date = file.record
@@ -195,11 +194,7 @@ def _rows(file: _File, channels: Sequence[str]) -> list[_Row]:
     if seen.settings:
         cells |= {key: _cell(value) for key, value in {**FORMAT, **seen.settings}.items()}
         cells["time_column"] = cells["time_column"] or "none"
-    parts: Sequence[InspectedMotion] = seen.parts
-    if channels or not parts:
-        motions = file.motions or sorted(shown) or (FILL_IN,)
-        names = channels or [""]
-        parts = [InspectedMotion(motion, name, name) for motion in motions for name in names]
+    parts = seen.parts or [InspectedMotion(motion, "") for motion in file.motions or (FILL_IN,)]
     phases = {part.column: part.phase for part in parts}
     if len(phases) > 1 and len({*phases.values()} - {""}) < len(phases):
         phases = {column: str(column) for column in phases}
