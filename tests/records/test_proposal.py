@@ -6,10 +6,11 @@ import os
 import numpy as np
 import pytest
 
-from breaker.records.description import describe_file
+from breaker.records import table_proposal
+from breaker.records.description import Description, InspectedMotion
 from breaker.records.header import Header
 from breaker.records.operations import read_manifest
-from breaker.records.table_proposal import Description, InspectedMotion, propose_manifest
+from breaker.records.table_proposal import propose_manifest
 from tests.exports import write
 
 
@@ -31,16 +32,16 @@ def read_back(folder, text):
 def proposed(tmp_path, *names):
     """Rows of the proposal as motion, counter, breaker, file and date, and what to check."""
     folder = folder_of(tmp_path, *names)
-    text, remarks = propose_manifest(folder)
+    text, remarks = propose_manifest(folder, configured=True)
     return [
         (motion, o.number, o.breaker, o.file.relative_to(folder).as_posix(), o.date)
         for motion, o in read_back(folder, text)
     ], remarks
 
 
-def looked(tmp_path, look=describe_file):
+def looked(tmp_path):
     """Rows of the table of a folder, by what is seen in its files, and what to check."""
-    text, remarks = propose_manifest(tmp_path, look=look)
+    text, remarks = propose_manifest(tmp_path)
     return list(csv.DictReader(text.splitlines())), remarks
 
 
@@ -110,7 +111,7 @@ def test_files_state_breaker_phase_date_motion_and_rate(tmp_path):
     write(tmp_path / "d.csv", serial="HV-2", date="15/03/2021", seed=1, rate=20.0, plot=800.0)
     write(tmp_path / "e.csv", date="14/03/2021", unused="cross", results={"Stroke (mm)": [178.0]})
     (tmp_path / "notes.txt").write_text("Two fitters, see photo 12.\n")
-    text, remarks = propose_manifest(tmp_path, look=describe_file)
+    text, remarks = propose_manifest(tmp_path)
     rows = list(csv.DictReader(text.splitlines()))
     assert {row["rate"] for row in rows if row["file"] == "d.csv"} == {"FILL IN"}
     with pytest.raises(ValueError, match="column rate: is to be filled in"):
@@ -120,7 +121,7 @@ def test_files_state_breaker_phase_date_motion_and_rate(tmp_path):
         assert any(name in remark for remark in remarks)
 
 
-def seen_in(tmp_path, files):
+def seen_in(tmp_path, files, monkeypatch):
     """Rows for files of one closing, by name: their serial number, dates and phase."""
 
     def look(opened, _):
@@ -129,16 +130,17 @@ def seen_in(tmp_path, files):
             Header(serial=serial, dates=dates), (InspectedMotion("closing", "T1", phase),)
         )
 
-    rows = {row["file"]: row for row in looked(folder_of(tmp_path, *files), look)[0]}
+    monkeypatch.setattr(table_proposal, "describe_file", look)
+    rows = {row["file"]: row for row in looked(folder_of(tmp_path, *files))[0]}
     return [rows[name] for name in files]
 
 
-def test_what_no_header_states_is_in_the_names_or_to_be_filled_in(tmp_path):
+def test_what_no_header_states_is_in_the_names_or_to_be_filled_in(tmp_path, monkeypatch):
     either = ("2021-04-05T10:42:17", "2021-05-04T10:42:17")
     files = {f"5 {phase} 14.03.2021.csv": ("8", (), "") for phase in "ABC"}
     files |= {"5.5.2021.csv": ("7", ("2021-03-14",), ""), "x 04.05.2021.csv": ("7", either, "")}
     files |= {"Q2/y 6-5-2021.csv": ("", (), "")}
-    rows = seen_in(tmp_path, files)
+    rows = seen_in(tmp_path, files, monkeypatch)
     assert [row["phase"] for row in rows] == ["A", "B", "C", "", "", ""]
     assert {row["operation"] for row in rows[:3]} == {"1"}
     assert [row["date"] for row in rows[2:]] == ["2021-03-14", "2021-03-14", "FILL IN", "FILL IN"]

@@ -75,18 +75,12 @@ def _check(folder: str, config: Mapping) -> int:
 
 def _propose(options: argparse.Namespace, config: Mapping) -> int:
     """Propose the table of a folder, and print remarks on entries to check."""
-    from breaker.records.description import describe_file
-    from breaker.records.files import Opened
     from breaker.records.settings import FORMAT
-    from breaker.records.table_proposal import Description, propose_manifest
+    from breaker.records.table_proposal import propose_manifest
 
-    def look(file: Opened, line: int) -> Description:
-        seen = describe_file(file, line)
-        # The configuration overrides settings that are found in the file.
-        stated = config["endurance"]["format"] != FORMAT
-        return seen._replace(settings={}, sure=True, reason="") if stated else seen
-
-    text, remarks = propose_manifest(options.file, config["motions"], look)
+    # The configuration overrides settings that are found in the files.
+    configured = config["endurance"]["format"] != FORMAT
+    text, remarks = propose_manifest(options.file, config["motions"], configured=configured)
     if options.output:
         say(write_lines(options.output, text))
         step = "complete it"

@@ -8,9 +8,9 @@ from typing import NamedTuple
 from breaker.common.numerals import natural
 from breaker.page.choices import id_of, name_of
 from breaker.records.dates import one_date
+from breaker.records.description import Description
 from breaker.records.folder import record_files
 from breaker.records.operations import MANIFEST
-from breaker.records.table_proposal import Description
 from breaker.records.words import motions_in, phases_in_names
 
 MOST = 10_000

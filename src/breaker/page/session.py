@@ -18,7 +18,7 @@ from breaker.diagnosis.session import Diagnosis
 from breaker.page.catalogue import Inspection, find_files, inspections_of
 from breaker.page.choices import Choices, SettingRow, id_of, rows_of
 from breaker.page.types import read_types
-from breaker.records.description import describe_file
+from breaker.records.description import Description, describe_file
 from breaker.records.files import Files, printable
 from breaker.records.folder import record_files
 from breaker.records.formats.registry import look_into
@@ -26,7 +26,6 @@ from breaker.records.operations import MANIFEST
 from breaker.records.proposal import Proposal, inspect_file
 from breaker.records.settings import FORMAT
 from breaker.records.sheet import Sheet
-from breaker.records.table_proposal import Description
 
 _KEPT = 2  # results kept of each kind, so that going back to an inspection is fast
 _LOOKS = 0.5  # s; longest time for describing files before the list is shown again

@@ -10,7 +10,8 @@ from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -23,7 +24,10 @@ from breaker.records.header import Header
 from breaker.records.operations import FILL_IN
 from breaker.records.settings import TO_MM, TO_MS
 from breaker.records.sheet import Sheet
-from breaker.records.table_proposal import Description, InspectedMotion
+
+if TYPE_CHECKING:
+    from breaker.records.curves import GriddedRecord
+    from breaker.records.record import Record
 
 _STROKES = (2.0, 300.0)  # mm, strokes from vacuum interrupters to drives for 800 kV
 _MARGIN = 0.1  # share by which proposed limits exceed the strokes: a false gain is 10 % or more
@@ -31,6 +35,49 @@ _AT_ZERO = 0.3  # mm, largest reading of the open breaker that counts as 0: accu
 
 _FIRST = {letter.lower(): motion for letter, motion in words.MOTION_OF.items()}
 _SEQUENCE = re.compile(r"(?<![a-z])([co])(?:[-_ ]?[co]){1,2}(?![a-z])")
+
+
+class InspectedMotion(NamedTuple):
+    """One motion of a channel in a file; times are ms of the file.
+
+    Attributes:
+        motion, column: "closing" or "opening", and the column of its travel.
+        phase: Phase of the channel, empty if nothing states it.
+        begin, end: Part of the record with only this motion; NaN for the ends of the record.
+        begins, arrives: Approximate times of its start and of the rest after it.
+        paired: Columns that belong to the motion, by key of the settings.
+        result, said: Record that was read with a proposal, None if rejected; reasons and remarks.
+    """
+
+    motion: str
+    column: str | int
+    phase: str = ""
+    begin: float = np.nan
+    end: float = np.nan
+    begins: float = np.nan
+    arrives: float = np.nan
+    paired: Mapping[str, str | int] = MappingProxyType({})
+    result: "GriddedRecord | None" = None
+    said: tuple[str, ...] = ()
+
+    @property
+    def record(self) -> "Record | None":
+        """Record that was read; None if it was not."""
+        return self.result.record if self.result else None
+
+
+class Description(NamedTuple):
+    """Contents of a file: its header, motions, and settings of ``endurance.format``, FILL IN for
+    unknown settings; whether the sign is certain; the reason if the file is not a record; and a
+    digest of its travels, which is the same in copies.
+    """
+
+    preamble: Header = Header()
+    parts: tuple[InspectedMotion, ...] = ()
+    settings: Mapping[str, Any] = MappingProxyType({})
+    sure: bool = True
+    reason: str = ""
+    samples: str = ""
 
 
 @dataclass(eq=False)

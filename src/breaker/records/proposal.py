@@ -16,12 +16,11 @@ import yaml
 from breaker.common.document import Document, Remark, Table
 from breaker.common.numerals import in_digits
 from breaker.records.curves import Grid, put_on_grid
-from breaker.records.description import Findings, look_at
+from breaker.records.description import Findings, InspectedMotion, look_at
 from breaker.records.files import Files, RejectedCurveError
 from breaker.records.operations import Operation
 from breaker.records.reader import Reader
 from breaker.records.settings import FORMAT, TO_MM
-from breaker.records.table_proposal import InspectedMotion
 from breaker.records.words import BESIDE
 
 _USUAL = 15.0  # mm, stroke that is assumed in the trial reading if the ratio is unknown

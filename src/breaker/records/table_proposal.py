@@ -1,35 +1,29 @@
-"""Propose an ``operations.csv`` for a folder, to be checked and completed. Light to import.
+"""Propose an ``operations.csv`` for a folder, to be checked and completed.
 
 Statements in files take precedence over their names. Values that neither states are FILL IN, so
 that the table is rejected until it is completed.
 """
 
-import math
 import os
 import re
 from collections import Counter, defaultdict
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
-from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any
 
 from breaker.common.numerals import natural
 from breaker.common.text import table_text
 from breaker.model.parameters import MOTIONS
 from breaker.model.quantities import ABOUT
 from breaker.records.dates import dates_of, in_order
+from breaker.records.description import Description, InspectedMotion, describe_file
 from breaker.records.files import Opened, printable
 from breaker.records.folder import record_files
 from breaker.records.formats.lines import RecordLine
 from breaker.records.formats.registry import records_in
-from breaker.records.header import Header
 from breaker.records.operations import FILL_IN, LONGEST
 from breaker.records.settings import FORMAT
 from breaker.records.words import motions_in, phases_in_names
-
-if TYPE_CHECKING:  # no record is read here
-    from breaker.records.curves import GriddedRecord
-    from breaker.records.record import Record
 
 _COLUMNS = ("file", "motion", "operation", "channel", *ABOUT, "from", "to")
 _Row = dict[str, Any]  # cells of a row of the table
@@ -38,73 +32,8 @@ _COUNTER = re.compile(r"[^0-9]*([0-9]{1,5})(?:(?:[^\w%°.,]|_)[^0-9]*)?")
 _YEAR = re.compile("19[5-9][0-9]|20[0-5][0-9]")
 
 
-class InspectedMotion(NamedTuple):
-    """One motion of a channel in a file; times are ms of the file.
-
-    Attributes:
-        motion, column: "closing" or "opening", and the column of its travel.
-        phase: Phase of the channel, empty if nothing states it.
-        begin, end: Part of the record with only this motion; NaN for the ends of the record.
-        begins, arrives: Approximate times of its start and of the rest after it.
-        paired: Columns that belong to the motion, by key of the settings.
-        result, said: Record that was read with a proposal, None if rejected; reasons and remarks.
-    """
-
-    motion: str
-    column: str | int
-    phase: str = ""
-    begin: float = math.nan
-    end: float = math.nan
-    begins: float = math.nan
-    arrives: float = math.nan
-    paired: Mapping[str, str | int] = MappingProxyType({})
-    result: "GriddedRecord | None" = None
-    said: tuple[str, ...] = ()
-
-    @property
-    def record(self) -> "Record | None":
-        """Record that was read; None if it was not."""
-        return self.result.record if self.result else None
-
-
-class Description(NamedTuple):
-    """Contents of a file: its header, motions, and settings of ``endurance.format``, FILL IN for
-    unknown settings; whether the sign is certain; the reason if the file is not a record; and a
-    digest of its travels, which is the same in copies.
-    """
-
-    preamble: Header = Header()
-    parts: tuple[InspectedMotion, ...] = ()
-    settings: Mapping[str, Any] = MappingProxyType({})
-    sure: bool = True
-    reason: str = ""
-    samples: str = ""
-
-
-_Look = Callable[[Opened, int], Description]
-
-
-class _File(NamedTuple):
-    """File, or line of a file that is a record: its path; the line, 0 for a file; motions in its
-    name or folders; its other folders, which name the breaker; and its contents.
-    """
-
-    path: str
-    record: RecordLine
-    motions: tuple[str, ...]
-    folder: str
-    seen: Description
-
-    @property
-    def breaker(self) -> str:
-        """Name of the breaker that the header states."""
-        return self.seen.preamble.serial or " ".join(self.seen.preamble.bay.split())
-
-
 def propose_manifest(
-    folder: str | Path,
-    motions: Sequence[str] = MOTIONS,
-    look: _Look = lambda *_: Description(),
+    folder: str | Path, motions: Sequence[str] = MOTIONS, *, configured: bool = False
 ) -> tuple[str, list[str]]:
     """Propose the table of a folder and those below it.
 
@@ -115,7 +44,7 @@ def propose_manifest(
     Args:
         folder: Folder of the curve files.
         motions: Motions that have rows; files of other motions are left out.
-        look: Describes the contents of a file, or of a line that is a record.
+        configured: Whether a configuration, and not the files, states the settings.
 
     Returns:
         The text of the table, and remarks on what to check in it.
@@ -126,17 +55,17 @@ def propose_manifest(
     if not os.path.isdir(folder):
         raise FileNotFoundError(f"there is no folder {printable(folder)!r}; name that of the files")
     remarks: list[str] = []
-    files = _files(Path(folder), look, remarks)
-    stated = any(file.breaker for file in files)
-    groups: dict[str, list[_Row]] = defaultdict(list)
-    for file in files:
-        breaker = (file.breaker or (FILL_IN if stated else file.folder))[:LONGEST]
-        kept = (row for row in _rows(file) if row["motion"] in (*motions, FILL_IN))
-        groups[breaker] += [{**row, "breaker": breaker} for row in kept]
-    rows = [row for group in groups.values() for row in group]
+    rows: list[_Row] = []
+    for path, record, seen in _records(Path(folder), configured, remarks):
+        rows += _rows(path, record, seen, folder)
+    rows = [row for row in rows if row["motion"] in (*motions, FILL_IN)]
     if not rows:
         reason = f"{printable(folder)} has no file of a record of {' or '.join(motions)}"
         raise FileNotFoundError("; ".join([reason, *remarks]))
+    stated, groups = any(row["breaker"] for row in rows), defaultdict(list)
+    for row in rows:
+        row["breaker"] = (row["breaker"] or (FILL_IN if stated else row["folder"]))[:LONGEST]
+        groups[row["breaker"]].append(row)
     for breaker, group in groups.items():
         if not _number(group):
             text = f"{len(group)} rows are numbered from 1 in the order of dates or names"
@@ -147,68 +76,74 @@ def propose_manifest(
     return table_text([*_COLUMNS, *names], rows), remarks
 
 
-def _files(folder: Path, look: _Look, remarks: list[str]) -> list[_File]:
-    """Return the files in a folder and below, or their lines, that may be records, but only the
-    first of copies. Add remarks on files that are left out.
+def _records(
+    folder: Path, configured: bool, remarks: list[str]
+) -> Iterator[tuple[str, RecordLine, Description]]:
+    """Yield the path, line and content of files in a folder and below that may be records, but only
+    the first of copies. Add remarks on files that are left out.
     """
-    first: dict[str, tuple[str, _File]] = {}
+    first: dict[str, str] = {}
     for place, folders, _ in os.walk(folder):
         folders[:] = sorted(e for e in folders if not e.startswith("."))
         for file in sorted(record_files(place), key=natural):
-            path, opened = file.relative_to(folder).as_posix(), Opened(file)
-            parts = path.split("/")[:-1]
-            # The nearest folder takes precedence, then the name of the file.
-            texts = [*reversed(parts), file.stem, folder.resolve().name]
-            motions = next(filter(None, map(motions_in, texts)), ())
-            folders_of = "/".join(part for part in parts if not motions_in(part))
-            left = []
+            path, opened, left = file.relative_to(folder).as_posix(), Opened(file), []
             for record in records_in(opened) or [RecordLine(0, 0, "")]:
-                line, seen = record.line, look(opened, record.line)
-                name = f"{path}, line {line}" if line else path
-                other, _ = first.get(samples := seen.samples or name, ("", None))
+                seen = describe_file(opened, record.line)
+                if configured:
+                    seen = seen._replace(settings={}, sure=True, reason="")
+                name = f"{path}, line {record.line}" if record.line else path
+                other = first.setdefault(seen.samples or name, name)
                 if not path.isprintable():
                     why = "has a sign in its name that a table cannot hold; rename it"
-                elif seen.reason and not motions:
+                elif seen.reason and not _motions_of(path, folder):
                     why = f"is not a record: {seen.reason}"
-                elif other:
+                elif other != name:
                     why = f"has the samples of {other}; export it again if it is of another record"
                 else:
-                    first[samples] = name, _File(path, record, motions, folders_of, seen)
+                    yield path, record, seen
                     continue
                 left.append(f"left out: {printable(name)} {why}")
             more = [f"left out: {len(left) - 1} more lines of {printable(path)}"] * (len(left) > 1)
             remarks += [*left[:1], *more]
-    return [file for _, file in first.values()]
+
+
+def _motions_of(path: str, folder: str | Path) -> tuple[str, ...]:
+    """Return the motions that the nearest folder, the name of a file, or the folder states."""
+    *above, name = path.split("/")
+    texts = [*reversed(above), Path(name).stem, Path(folder).resolve().name]
+    return next(filter(None, map(motions_in, texts)), ())
 
 
 # ---- rows ----------------------------------------------------------------------------------------
 
 
-def _rows(file: _File) -> list[_Row]:
-    """Return a row for each motion of each channel in a file, without breaker and counter."""
-    seen, shown = file.seen, {part.motion for part in file.seen.parts}
-    line, number, date = file.record
-    dates = (date,) if date else seen.preamble.dates or in_order(dates_of(Path(file.path).stem))
+def _rows(path: str, record: RecordLine, seen: Description, folder: str | Path) -> list[_Row]:
+    """Return a row for each motion of each channel in a file, without a counter."""
+    shown, motions = {part.motion for part in seen.parts}, _motions_of(path, folder)
+    line, number, date = record
+    dates = (date,) if date else seen.preamble.dates or in_order(dates_of(Path(path).stem))
     date = FILL_IN if len(dates) > 1 else "".join(dates)  # the order of day and month is unknown
-    cells: _Row = {"file": file.path, "line": line or "", "operation": number or None, "date": date}
+    cells: _Row = {"file": path, "line": line or "", "operation": number or None, "date": date}
+    cells["breaker"] = seen.preamble.serial or " ".join(seen.preamble.bay.split())
+    cells["folder"] = "/".join(e for e in path.split("/")[:-1] if not motions_in(e))
     if seen.settings:
         cells |= {key: _cell(value) for key, value in {**FORMAT, **seen.settings}.items()}
         cells["time_column"] = cells["time_column"] or "none"
-    parts = seen.parts or [InspectedMotion(motion, "") for motion in file.motions or (FILL_IN,)]
+    parts = seen.parts or [InspectedMotion(motion, "") for motion in motions or (FILL_IN,)]
     phases = {part.column: part.phase for part in parts}
     if len(phases) > 1 and len({*phases.values()} - {""}) < len(phases):
         phases = {column: str(column) for column in phases}
-    sure = seen.sure or shown <= {*file.motions}
+    sure = seen.sure or shown <= {*motions}
     # All lines of a file have the same sign, which determines their motions.
     unsure = {} if sure else {"sign": FILL_IN} if line else {"motion": FILL_IN, "sign": FILL_IN}
     if cells.get("rate") == FILL_IN and len(parts) > len(phases):
         unsure |= {"from": FILL_IN, "to": FILL_IN}
-    listed_rows = []
+    rows = []
     for part in parts:
         row = {"motion": part.motion, "channel": part.column, "phase": phases[part.column]}
         row |= {"from": _cell(part.begin), "to": _cell(part.end), **part.paired}
-        listed_rows.append({**cells, **row, **unsure})
-    return listed_rows
+        rows.append({**cells, **row, **unsure})
+    return rows
 
 
 def _cell(value: object) -> str:
