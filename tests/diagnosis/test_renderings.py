@@ -6,7 +6,6 @@ from html import unescape
 from breaker.common.document import (
     Cell,
     Document,
-    Letterhead,
     Remark,
     Table,
     html_page,
@@ -36,10 +35,8 @@ def test_both_renderings_have_every_word_in_its_order():
 
 
 def test_no_word_is_markup_or_a_sign_that_a_page_obeys():
-    around = Letterhead(HOSTILE, b"logo", HOSTILE, [HOSTILE])
     parts = [Remark(HOSTILE)]
-    page = html_page(Document(HOSTILE, [(HOSTILE, HOSTILE)], [HOSTILE], parts, letterhead=around))
+    page = html_page(Document(HOSTILE, [(HOSTILE, HOSTILE)], [HOSTILE], parts, company=HOSTILE))
     assert "<script" not in page
     assert not [sign for sign in page if not sign.isprintable() and sign != "\n"]
-    assert page.count(r"&amp;amp;\u202e\u200b\x1b") >= 7
-    assert page.count("data:image/png;base64,") == 1
+    assert page.count(r"&amp;amp;\u202e\u200b\x1b") >= 6

@@ -1,8 +1,7 @@
 """Colours of phases, as engineers know them."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from itertools import cycle
-from types import MappingProxyType
 
 _OF_PHASES = {
     # red, amber, blue
@@ -12,20 +11,15 @@ _OF_PHASES = {
 _OTHERS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 
 
-def phase_colours(
-    names: Iterable[str], own: Mapping[str, str] = MappingProxyType({})
-) -> dict[str, str]:
-    """Return the colour of each phase: the user's ``own``, or the usual colour if all names are of
-    one system, else any colour.
+def phase_colours(names: Iterable[str]) -> dict[str, str]:
+    """Return the colour of each phase: the usual one if all names are of one system, else any.
 
-    >>> phase_colours(["L2", "L1"], {"L1": "#112233"})
-    {'L2': '#000000', 'L1': '#112233'}
+    >>> phase_colours(["L2", "L1"])
+    {'L2': '#000000', 'L1': '#8B4A1C'}
     """
     names = [*dict.fromkeys(names)]
-    by_name = dict(zip(names, cycle(_OTHERS)))
     for system, colours in _OF_PHASES.items():
         known = dict(zip(system.split(), colours, strict=True))
         if {name.upper() for name in names} <= known.keys():
-            by_name = {name: known[name.upper()] for name in names}
-            break
-    return by_name | {name: colour for name, colour in own.items() if name in by_name}
+            return {name: known[name.upper()] for name in names}
+    return dict(zip(names, cycle(_OTHERS)))

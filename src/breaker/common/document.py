@@ -69,16 +69,6 @@ class Table:
 
 
 @dataclass(frozen=True)
-class Letterhead:
-    """A company's name and logo (PNG) above a document, and remarks and signature lines below."""
-
-    company: str = ""
-    logo: bytes = b""
-    remarks: str = ""
-    signatures: Sequence[str] = ()
-
-
-@dataclass(frozen=True)
 class Document:
     """A document.
 
@@ -89,7 +79,7 @@ class Document:
         parts: Further parts, in order; on a page, pictures follow them.
         after: Parts after the pictures.
         names: Words that replace names of code on a page, by name.
-        letterhead: Letterhead of a page, or None.
+        company: Name above a page that is signed, may be empty; None for other pages.
     """
 
     title: str = ""
@@ -98,7 +88,7 @@ class Document:
     parts: Sequence[Table | Remark] = ()
     after: Sequence[Table | Remark] = ()
     names: Mapping[str, str] = field(default_factory=dict)
-    letterhead: Letterhead | None = None
+    company: str | None = None
 
 
 # ---- text ----------------------------------------------------------------------------------------

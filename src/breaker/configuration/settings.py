@@ -90,7 +90,6 @@ Quantity = _form(40, r"^[+-]?[0-9]+(\.[0-9]+)? \S+$", "a number and its unit, su
 _TOLERANCE = r"^(±|\+/?-)? ?[0-9]{1,6}(\.[0-9]{1,6})? ?%?$"
 Tolerance = _number(float, high=1e6, gt=0) | _form(20, _TOLERANCE, "a text such as 3 % or ±0.4")
 Text = _text()
-Colour = _form(7, "^#[0-9a-fA-F]{6}$", "a colour such as '#8a4b12'")
 Unit = Literal["mm", "cm", "m", "um", "inch", "deg", "rad", "V", "counts", "%"]
 Stroke = _list(_number(float, high=1000, gt=0), 2, 2)
 Sizes = _list(_number(int, 1, 10_000), 1, 16)
@@ -329,10 +328,6 @@ Settings = _section(
     report=_section(
         "The sheet of `breaker report`.",
         company=_f(Text | None, None, "Name at the top."),
-        logo=_f(Text | None, None, "PNG file at the top."),
-        remarks=_f(_text(4000) | None, None, "Text below the tables."),
-        signatures=_f(_list(_text(60), 0, 4), ["tested by", "approved by"], "Lines to sign."),
-        colours=_f(dict[Text, Colour], {}, "Colours of phases, such as L1: '#8a4b12'."),
         simultaneity=_section(
             "Largest difference between the poles; IEC 62271-100: 5 and 3.3 at 50 Hz; null: none.",
             closing=_f(float | None, None, "ms, in closing.", high=100, gt=0),

@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
-from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -87,19 +86,16 @@ def _change(axis: Axes, y: int, row: "QuantityChange") -> None:
 
 def report_page(report: "Report") -> str:
     """Return a report as a page of HTML with its pictures."""
-    pictures = curves(report.panels, report.colours)
+    pictures = curves(report.panels)
     return html_page(report, [style.encoded(picture, "png") for picture in pictures])
 
 
-def curves(
-    panels: Sequence["Panel"], own: Mapping[str, str] = MappingProxyType({})
-) -> Iterator[Figure]:
+def curves(panels: Sequence["Panel"]) -> Iterator[Figure]:
     """Draw pictures of each motion of a test for a page of A4: travel with its marks, and, if
-    available, resistances, coils with other contacts, and differences from a reference. ``own``
-    are the user's colours of phases.
+    available, resistances, coils with other contacts, and differences from a reference.
     """
     every = [estimate for panel in panels for estimate in panel.estimates]
-    colours = phase_colours((estimate.record.operation.phase for estimate in every), own)
+    colours = phase_colours(estimate.record.operation.phase for estimate in every)
     for panel in panels:
         records = [estimate.record for estimate in panel.estimates]
         drawn = {estimate.record.operation.phase: estimate for estimate in panel.estimates}

@@ -86,9 +86,9 @@ def origins_of(tab: Tab) -> tuple[dict[int, float], str]:
     return {id(record): record.raw.moves for record in read}, "time after the first motion (ms)"
 
 
-def colours_of(names: Sequence[str], own: Mapping[str, str]) -> dict[str, str]:
+def colours_of(names: Sequence[str]) -> dict[str, str]:
     """Return the colour of each phase; black becomes the text colour, light on a dark page."""
-    colours = phase_colours(names, own)
+    colours = phase_colours(names)
     return {name: colour.replace("#000000", "currentColor") for name, colour in colours.items()}
 
 
@@ -114,7 +114,7 @@ def drawn(tab: Tab, diagnosis: Diagnosis, files: Files) -> dict:
             if overlay.record is record:
                 curves.append(_overlay(record, overlay, look, zero))
     phases = [record.operation.phase for record in tab.records]
-    colours = colours_of(phases, diagnosis.config["report"]["colours"])
+    colours = colours_of(phases)
     notes = [*dict.fromkeys(not_overlaid(tab.read, diagnosis.before))]
     return _panels(curves, (min(begins), max(ends)), colours, axis) | {"notes": notes}
 
@@ -129,7 +129,7 @@ def drawn_file(sheet: Sheet) -> dict:
         if np.isfinite(values).any() and np.nanmin(values) < np.nanmax(values):
             curves.append(Curve(printable(unit or "reading"), name, name, samples, values))
     window = 0.0, float(samples.size)
-    return _panels(curves, window, colours_of(names, {}), "sample") | {"notes": []}
+    return _panels(curves, window, colours_of(names), "sample") | {"notes": []}
 
 
 def _panels(
@@ -220,7 +220,7 @@ def thinned(curve: Curve, begin: float, end: float) -> tuple[np.ndarray, np.ndar
 def marks_of(tab: Tab, diagnosis: Diagnosis) -> list[dict]:
     """Return marks of events and speed zone of each pole: name, phase, colour, and points."""
     phases, marks = [record.operation.phase for record in tab.records], []
-    colours = colours_of(phases, diagnosis.config["report"]["colours"])
+    colours = colours_of(phases)
     origins, _ = origins_of(tab)
     for estimate in diagnosis.estimates:
         record, raw = estimate.record, estimate.record.raw
