@@ -14,7 +14,7 @@ from lock import closure
 from wheel_check import ROOT, asked, fresh, installed, run
 
 VERSIONS = ("3.11", "3.12", "3.13", "3.14")
-NEEDED = ["h5netcdf", "packaging", "pytest"]
+NEEDED = ["packaging", "pytest"]
 TESTS = ("tests/common", "tests/records", "tests/model")
 
 
@@ -32,7 +32,7 @@ def interpreter(version: str) -> str | None:
 def main() -> int:
     """Test each version, and print the results."""
     _, wheel = fresh()
-    names = asked(wheel, "excel", "fast", "netcdf", "stores") | closure(NEEDED)
+    names = asked(wheel, "excel", "fast", "stores") | closure(NEEDED)
     clean = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
     failed = 0
     for version in VERSIONS:

@@ -1,4 +1,4 @@
-"""Ten forms of files of instruments, each with the settings that read it.
+"""Nine forms of files of instruments, each with the settings that read it.
 
 They differ in kind, encoding, delimiters, lines above the samples, units, a rate in place of times,
 channels side by side, blank cells, steps, sign and zero.
@@ -11,7 +11,6 @@ from pathlib import Path
 
 import numpy as np
 import openpyxl
-import xarray as xr
 
 from breaker.family import exports
 from breaker.records.settings import FORMAT, TO_MM, TO_MS
@@ -112,15 +111,6 @@ class _Comtrade(Layout):
         file.with_suffix(".dat").write_bytes(rows.tobytes())
 
 
-class _Netcdf(Layout):
-    def write(self, file, time, travel, *, motion, operation) -> None:
-        xr.Dataset(
-            {self.channel: ("time", self.reading(travel), {"units": "millimeter"})},
-            coords={"time": ("time", time, {"units": "msec"})},
-            attrs={"motion": motion, "operation": operation},
-        ).to_netcdf(file, engine="scipy")
-
-
 LAYOUTS = {
     "comma": exports.LAYOUTS["comma"],
     "semicolon": Layout(
@@ -165,6 +155,5 @@ LAYOUTS = {
         {"time_unit": "ms", "travel_column": "travel 2"}, ".xlsx", "travel 2", "{name} [{unit}]"
     ),
     "comtrade": _Comtrade({"travel_column": "Travel A"}, ".cfg", "Travel A"),
-    "netcdf": _Netcdf({"time_unit": "ms"}, ".nc"),
 }
-"""The ten layouts, by name; the names seed the files of the studies."""
+"""The nine layouts, by name; the names seed the files of the studies."""

@@ -13,7 +13,7 @@ RULES = "model.parameters model.limits records.files configuration.loading workf
 # Each takes 0.1 to 1 s to load, and the first result is to be there in one second.
 UNUSED = {"torch", "numba", "matplotlib", "zarr", "snakemake", "xarray", "pandas"}
 UNUSED |= {"scipy.special", "scipy.ndimage", "scipy.signal"}
-UNUSED |= {f"breaker.records.formats.{name}" for name in ("comtrade", "excel", "lines", "netcdf")}
+UNUSED |= {f"breaker.records.formats.{name}" for name in ("comtrade", "excel", "lines")}
 
 
 def run(*arguments, **about):

@@ -18,7 +18,7 @@ FALSE_ALARM = 1e-3
 
 @pytest.fixture(scope="module", params=MOTIONS)
 def through(request, prior, sensor):
-    """Records in the ten layouts of the studies."""
+    """Records in the nine layouts of the studies."""
     rng = generator(4, "test through files", request.param)
     of_all = prior, sensor, request.param, CURVES, rng, layouts.LAYOUTS
     measured, truth, _ = through_files(*of_all)

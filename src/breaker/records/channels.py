@@ -8,7 +8,7 @@ not. Rows above the columns, phase or number assign a contact to a travel; a coi
 
 import re
 from collections import defaultdict
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -54,7 +54,6 @@ class Clock(NamedTuple):
     unit: str | None
     rate: float
     remarks: tuple[str, ...] = ()
-    rank: tuple[bool, ...] = ()  # evidence for a clock: even steps, a unit, a name
 
     @property
     def likely_rate(self) -> float:
@@ -64,10 +63,12 @@ class Clock(NamedTuple):
 
 def find_clock(sheet: Sheet) -> Clock:
     """Find the column of the time, or the rate that replaces it; reject times that decrease."""
-    clocks = [clock for i in range(len(sheet.columns)) if (clock := _clock_in(sheet, i))]
+    clocks = {}  # by evidence: even steps, a unit, a name
+    for place in reversed(range(len(sheet.columns))):
+        clocks |= _clock_in(sheet, place)
     if not clocks:
         return Clock(None, None, sheet.stated.rate)
-    clock = max(clocks, key=lambda candidate: candidate.rank)
+    clock = clocks[max(clocks)]
     times = sheet.columns[clock.place]
     falls = np.flatnonzero(np.diff(times[np.isfinite(times)]) < 0.0)
     if falls.size:
@@ -77,28 +78,28 @@ def find_clock(sheet: Sheet) -> Clock:
     return clock
 
 
-def _clock_in(sheet: Sheet, place: int) -> Clock | None:
-    """Return a column as a clock, None if it is not a clock, such as a count of samples."""
+def _clock_in(sheet: Sheet, place: int) -> dict[tuple[bool, ...], Clock]:
+    """Return a column as a clock by its evidence; empty if it is none, such as a count."""
     unit, name, values = sheet.units[place], sheet.names[place], sheet.columns[place]
     times = values[np.isfinite(values)]
     if (unit and unit not in TO_MS) or not _is_long(values) or times.size < values.size // 2:
-        return None
+        return {}
     low, step, high = np.quantile(np.diff(times), (0.25, 0.5, 0.75))
     named = holds(name, "time") and name.strip() != "T"  # T is a phase, as R and S are
     even = bool(low > 0.0 and high - low <= _UNEVEN * step)
     if not (unit or named or (even and step != 1.0)) or times[-1] == times[0]:
-        return None
+        return {}
     step = step if even else abs(times[-1] - times[0]) / (times.size - 1)
     rates = {known: float(1.0 / (step * ms)) for known, ms in TO_MS.items()}
     likely = [known for known, rate in rates.items() if RATES[0] <= rate <= RATES[1]]
+    evidence, remarks = (even, unit is not None, named), ()
     if not (unit or likely or named):
-        return None
-    rank, remarks = (even, unit is not None, named), ()
+        return {}
     if not unit:
         unit = next(iter(likely), None)
         fit = unit or "no recorder"
         remarks = (f"the time's unit is not stated; steps of {in_digits(step, 4)} fit {fit}",)
-    return Clock(place, unit, rates.get(unit, np.nan), remarks, rank)
+    return {evidence: Clock(place, unit, rates.get(unit, np.nan), remarks)}
 
 
 def _is_long(values: np.ndarray) -> bool:
@@ -114,7 +115,6 @@ class Travel:
     unit: str | None
     course: Course
     phase: str = ""
-    named: bool = True  # whether its name or its unit states that it is a travel
 
     @property
     def rises(self) -> np.ndarray:
@@ -157,25 +157,11 @@ class Travel:
         return few and bool(self.strokes.min() > FAINT * np.ptp(course.smooth))
 
 
-def _find_travels(sheet: Sheet, clock: Clock) -> list[Travel]:
-    """Return the columns that move as a drive does: those named a travel, or all if none is."""
-    step, travels = 1.0 / min(clock.likely_rate, RATES[1]), []
-    for place, (name, unit) in enumerate(zip(sheet.names, sheet.units, strict=True)):
-        named = unit in _LENGTHS or holds(name, "travel")
-        possible = unit in (None, *_LENGTHS, "V", "counts", "%") and place != clock.place
-        if possible and (named or not holds(name, "of no travel")):
-            reading = np.where(np.isfinite(sheet.columns[place]), sheet.columns[place], np.nan)
-            course = Course(step * np.arange(reading.size), reading)
-            travels.append(Travel(place, unit, course, words.phase_in(name), named))
-    travels = [travel for travel in travels if travel.is_of_drive()]
-    return [travel for travel in travels if travel.named] or travels
-
-
 def chosen_travels(
     sheet: Sheet, clock: Clock, channel: str
 ) -> tuple[list[Travel], list[Travel], list[str]]:
     """Return the columns of travel, the requested ones among them, and remarks on the others."""
-    travels = _find_travels(sheet, clock)
+    travels, named = _find_travels(sheet, clock)
     if not travels:
         reason = f"none of {len(sheet.columns)} columns moves between two rests as a drive does"
         remedy = "did the breaker move, and is the record longer than the motion?"
@@ -186,15 +172,32 @@ def chosen_travels(
     if channel and not asked:
         reason = f"{channel!r} is not a column of travel; set {listed}"
         raise RejectedCurveError(sheet.file, reason)
-    used = _clear({t: (t.unit if t.named else t.place, t.strokes.max()) for t in travels})
-    every = _with_phases(sheet, used if set(asked) <= set(used) else asked)
+    clear = _clear({travel: (travel.unit, travel.strokes.max()) for travel in travels})
+    used = clear if named else travels
+    every = _with_phases(sheet, used if {*asked} <= {*used} else asked)
     if asked:
         return every, [travel for travel in every if travel.place == place], []
     faint = ", ".join(repr(sheet.column(t.place)) for t in travels if t not in used)
     remarks = [f"{faint}: far less than others, so not used; choose by --channel"] * bool(faint)
-    if len(travels) > 1 and not travels[0].named:
+    if len(travels) > 1 and not named:
         remarks.append(f"no column is named a travel, and several move as one: set {listed}")
     return every, every, remarks
+
+
+def _find_travels(sheet: Sheet, clock: Clock) -> tuple[list[Travel], bool]:
+    """Return the columns that move as a drive does: those named a travel, or all if none is; and
+    whether their names or units state that they are travels.
+    """
+    step, travels, others = 1.0 / min(clock.likely_rate, RATES[1]), [], []
+    for place, (name, unit) in enumerate(zip(sheet.names, sheet.units, strict=True)):
+        named = unit in _LENGTHS or holds(name, "travel")
+        possible = unit in (None, *_LENGTHS, "V", "counts", "%") and place != clock.place
+        if possible and (named or not holds(name, "of no travel")):
+            reading = np.where(np.isfinite(sheet.columns[place]), sheet.columns[place], np.nan)
+            course = Course(step * np.arange(reading.size), reading)
+            travel = Travel(place, unit, course, words.phase_in(name))
+            (travels if named else others).extend([travel] * travel.is_of_drive())
+    return travels or others, bool(travels)
 
 
 def _clear(ranges: Mapping) -> list:
@@ -207,29 +210,25 @@ def _clear(ranges: Mapping) -> list:
 
 def _with_phases(sheet: Sheet, travels: Sequence[Travel]) -> list[Travel]:
     """Return travels with their phase: by name, or as stated for number, order or contacts."""
-    stated = _stated_contacts(sheet, {travel.place for travel in travels}) or {}
+    stated = _stated_contacts(sheet) or {}
     phases = {int(number): phase for number, phase in stated.values() if phase}
     phases |= sheet.stated.phases
-    travelling = []
-    for order, travel in enumerate(travels, start=1):
-        number = words.channel_of(sheet.names[travel.place]) or order
-        travelling.append(
-            replace(travel, phase=travel.phase or phases.get(number, phases.get(0, "")))
-        )
-    return travelling
+    numbers = [words.channel_of(sheet.names[travel.place]) for travel in travels]
+    return [
+        replace(travel, phase=travel.phase or phases.get(number or order, phases.get(0, "")))
+        for order, (travel, number) in enumerate(zip(travels, numbers, strict=True), start=1)
+    ]
 
 
-def _stated_contacts(
-    sheet: Sheet, travels: Collection[int]
-) -> Mapping[int, tuple[str, str]] | None:
+def _stated_contacts(sheet: Sheet) -> Mapping[int, tuple[str, str]] | None:
     """Return the number of the travel and the phase of each connected contact, by column.
 
     Rows above the columns state the transducer (``TR1``), phase and break (``YBreak2``), or ``NA``,
     of each contact, above its column or in the order of the contacts. Without such rows: None.
     """
-    places = [i for i, unit in enumerate(sheet.units) if i not in travels and unit not in TO_MM]
-    named = [[i for i in places if holds(sheet.names[i], kind)] for kind in _KINDS]
-    contacts = next(filter(None, named), [])
+    kinds = [_kind(sheet, place) for place in range(len(sheet.names))]
+    of_kinds = [[i for i, kind in enumerate(kinds) if kind == wanted] for wanted in _KINDS]
+    contacts = next(filter(None, of_kinds), [])
     stated = {place: {} for place in contacts}
     for row in sheet.preamble:
         cells = {i: m for i, cell in enumerate(row) if (m := _OF_CONTACT.fullmatch(cell.strip()))}
@@ -254,7 +253,7 @@ class Wiring:
         others = [i for i in range(len(sheet.names)) if i not in places]
         self.contacts = self._signals(i for i in others if _kind(sheet, i))
         self.coils = self._signals(i for i in others if _is_coil(sheet, i))
-        self._stated = _stated_contacts(sheet, places)
+        self._stated = _stated_contacts(sheet)
         self._marks = [_marks(name) for name in sheet.names]
         self._phases = [self._marks[t.place][0] | _marks(t.phase)[0] for t in travels]
         self._known = set().union(*self._phases)
@@ -391,7 +390,7 @@ def _kind(sheet: Sheet, place: int) -> str:
     """Return the kind of a column of a contact; empty for other columns, such as currents."""
     name, unit = sheet.names[place], sheet.units[place] or ""
     kind = next((kind for kind in reversed(_KINDS) if holds(name, kind)), "")
-    other = any(holds(name, excluded) for excluded in _OTHERS) or unit in TO_MM
+    other = any(holds(name, excluded) for excluded in _OTHERS) or unit in _LENGTHS
     return "" if other or np.isfinite(words.amperes_of(name, unit)) else kind
 
 

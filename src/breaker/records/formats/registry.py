@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 _REFUSED = {
     **dict.fromkeys((".xls", ".xlsb", ".ods"), "is of a kind that is not read; save it as .xlsx"),
     ".cff": "is COMTRADE in a single file, which is not read; export it as .cfg and .dat",
+    **dict.fromkeys((".nc", ".h5", ".mat"), "is a file of arrays, which is not read; save a text"),
     **dict.fromkeys((".yaml", ".yml"), "is a file of settings, not a record; name it by --config"),
     **dict.fromkeys((".png", ".jpg", ".pdf"), "is a picture, not a record; export its numbers"),
 }
@@ -55,18 +56,13 @@ class Format(NamedTuple):
 _HERE = "breaker.records.formats"
 _TEXTS = dict.fromkeys((".csv", ".txt", ".tsv"), "a text") | {".lvm": "a LabVIEW text"}
 _WORKBOOKS = dict.fromkeys((".xlsx", ".xlsm"), "an Excel workbook")
-_ARRAYS = dict.fromkeys((".nc", ".nc4"), "a NetCDF file")
-_ARRAYS |= dict.fromkeys((".h5", ".hdf5"), "an HDF5 file")
 
 TEXT = Format(f"{_HERE}.text", _TEXTS)
 EXCEL = Format(f"{_HERE}.excel", _WORKBOOKS, (b"PK\3\4",), "excel")
 COMTRADE = Format(f"{_HERE}.comtrade", {".cfg": "a COMTRADE record"})
-NETCDF = Format(
-    f"{_HERE}.netcdf", _ARRAYS, (b"CDF\1", b"CDF\2", b"CDF\5", b"\x89HDF\r\n\x1a\n"), "netcdf"
-)
 LINES = Format(f"{_HERE}.lines", {})  # texts with a record on each line
 
-FORMATS = (TEXT, EXCEL, COMTRADE, NETCDF, LINES)
+FORMATS = (TEXT, EXCEL, COMTRADE, LINES)
 """All formats; a file without a known ending or signature is read as a text, the first format."""
 
 ENDINGS = tuple(ending for form in FORMATS for ending in form.endings)
