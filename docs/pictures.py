@@ -26,8 +26,7 @@ from breaker.common.zarr_store import open_store
 from breaker.configuration.definitions import simulated_test
 from breaker.configuration.loading import defaults
 from breaker.diagnosis.inspection_change import InspectionChange
-from breaker.family.curve_file import write_curve
-from breaker.family.endurance import EnduranceTest
+from breaker.family.endurance import EnduranceTest, write_curve
 from breaker.figures.life import changes
 from breaker.figures.reports import comparison
 from breaker.figures.style import save

@@ -21,7 +21,7 @@ from breaker.diagnosis.estimate import DriveRecord
 from breaker.diagnosis.explanations import explain
 from breaker.diagnosis.inspection_change import inspection_change
 from breaker.diagnosis.reading import read_operations
-from breaker.family.curve_file import write_curve
+from breaker.family.endurance import write_curve
 from breaker.family.networks import shipped_networks
 from breaker.family.sensitivities import shipped_sensitivities
 from breaker.model.curves import travel

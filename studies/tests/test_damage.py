@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from breaker.common.randomness import generator
-from breaker.family.curve_file import write_curve
+from breaker.family.endurance import write_curve
 from studies.faults.files import TEXT
 from studies.faults.records import PHYSICAL
 

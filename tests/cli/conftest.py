@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from breaker.common.randomness import generator
-from breaker.family.curve_file import write_curve
+from breaker.family.endurance import write_curve
 from breaker.model.curves import travel
 
 TIME = 0.1 * np.arange(760)  # ms

@@ -6,7 +6,7 @@ import pytest
 from breaker.diagnosis.inspection_change import compare_inspections
 from breaker.diagnosis.reading import read_operations
 from breaker.diagnosis.session import Diagnosis
-from breaker.family.curve_file import write_curve
+from breaker.family.endurance import write_curve
 from breaker.model.curves import travel
 from breaker.model.parameters import MOTIONS
 from breaker.records.operations import Operation

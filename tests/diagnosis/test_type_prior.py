@@ -15,8 +15,8 @@ from breaker.configuration.loading import load
 from breaker.diagnosis.estimate import Given
 from breaker.diagnosis.session import Diagnosis
 from breaker.diagnosis.type_prior import DrawnType, fit_type, list_type, warnings_of
-from breaker.family.curve_file import write_curve
 from breaker.family.drive_family import Family
+from breaker.family.endurance import write_curve
 from breaker.model.parameters import MOTIONS, NAMES, UNIT, Size
 from breaker.model.prior import Prior
 from breaker.records.curves import Grid, read_curves

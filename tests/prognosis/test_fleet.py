@@ -8,7 +8,7 @@ import pytest
 from breaker.common.plain_values import to_json
 from breaker.diagnosis.inspection_change import compare_inspections
 from breaker.diagnosis.session import Diagnosis
-from breaker.family.curve_file import write_curve
+from breaker.family.endurance import write_curve
 from breaker.model.curves import travel
 from breaker.model.parameters import MOTIONS, NAMES
 from breaker.prognosis import fleet

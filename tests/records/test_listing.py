@@ -9,8 +9,7 @@ import pytest
 from breaker.common.document import text_of
 from breaker.configuration.definitions import simulated_test
 from breaker.configuration.loading import defaults
-from breaker.family.curve_file import write_curve
-from breaker.family.endurance import EnduranceTest
+from breaker.family.endurance import EnduranceTest, write_curve
 from breaker.records.acceptance import check_folder, document_of
 from breaker.records.curves import Grid, read_curves
 from breaker.records.folder import (

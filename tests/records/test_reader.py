@@ -11,7 +11,7 @@ import xarray as xr
 
 from breaker.common.randomness import generator
 from breaker.common.zarr_store import describe, open_store, save
-from breaker.family.curve_file import write_curve
+from breaker.family.endurance import write_curve
 from breaker.model.curves import travel
 from breaker.model.parameters import MOTIONS
 from breaker.records.curves import Grid, open_curves, put_on_grid, read_curves

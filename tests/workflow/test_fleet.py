@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import yaml
 
-from breaker.family.curve_file import write_curve
+from breaker.family.endurance import write_curve
 from breaker.model.curves import travel
 from tests.workflow.conftest import ROOT, snakemake
 

@@ -4,8 +4,7 @@ from pathlib import Path
 
 from tqdm import tqdm
 
-from breaker.family.curve_file import write_curve
-from breaker.family.endurance import EnduranceTest
+from breaker.family.endurance import EnduranceTest, write_curve
 from breaker.records.operations import MANIFEST
 from breaker.workflow.jobs import start
 

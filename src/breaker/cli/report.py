@@ -31,8 +31,7 @@ def run(options: argparse.Namespace) -> int:
     config = inputs.settings_of(options.config)
     limits = inputs.limits_of(config, options.config)
     # Imported here, so that --help and errors of options appear at once.
-    from breaker.diagnosis.inspection import read_inspection
-    from breaker.diagnosis.report import report_of
+    from breaker.diagnosis.report import read_inspection, report_of
 
     diagnosis = read_inspection(
         config,

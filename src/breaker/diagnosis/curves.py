@@ -1,14 +1,13 @@
 """Curves for figures, at times after the first detected motion, alone and over a reference."""
 
-import logging
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from breaker.common.numerals import in_digits
 from breaker.diagnosis.estimate import DriveRecord, Estimate
-from breaker.diagnosis.words import say
+from breaker.diagnosis.words import Sentence, say
 from breaker.family.shape import SHAPE_TIMES
 from breaker.records.files import printable
 
@@ -84,51 +83,31 @@ class Overlay(NamedTuple):
         return say("overlay-leaves" if self.leaves else "overlay-within", **values)
 
 
-def _pairs(
-    records: Sequence[DriveRecord], good: Sequence[DriveRecord]
-) -> Iterator[tuple[DriveRecord, DriveRecord, str]]:
-    """Yield each record with its reference, and the reason if they cannot be compared."""
-    for record in records:
-        usable = [e for e in good if e.motion == record.motion and not e.reason]
-        if usable and not record.reason:
-            phase = record.operation.phase
-            best = next((e for e in usable if e.operation.phase == phase), usable[0])
-            hidden = record.raw.reading.start_hidden or best.raw.reading.start_hidden
-            words = {"file": printable(record.operation.file), "reason": hidden}
-            yield record, best, say("overlay-hidden", **words) if hidden else ""
-
-
-def not_overlaid(records: Sequence[DriveRecord], good: Sequence[DriveRecord]) -> list[str]:
-    """Return the reasons why records cannot be compared with references."""
-    return [reason for *_, reason in _pairs(records, good) if reason]
-
-
 def overlaid(
-    records: Sequence[DriveRecord], good: Sequence[DriveRecord], share: float = TOLERANCE
-) -> list[Overlay]:
+    records: Sequence[DriveRecord], good: Sequence[DriveRecord]
+) -> tuple[list[Overlay], list[Sentence]]:
     """Compare records with references of the same motion, and of the same phase if there is one.
 
-    Records without a reference are left out. If the first motion is hidden, the reason is logged.
-    ``share`` is half of the tolerance band, as a share of the reference's stroke.
+    Returns:
+        The overlays, without records that have no reference; and the reasons why records, or their
+        references, cannot be compared: the first motion is hidden.
     """
-    overlays = []
-    for record, best, reason in _pairs(records, good):
-        if reason:
-            logging.getLogger("breaker").warning(reason)
+    overlays, hidden = [], []
+    for record in records:
+        usable = [e for e in good if e.motion == record.motion and not e.reason]
+        if record.reason or not usable:
+            continue
+        phase = record.operation.phase
+        best = next((e for e in usable if e.operation.phase == phase), usable[0])
+        if reason := record.raw.reading.start_hidden or best.raw.reading.start_hidden:
+            file = printable(record.operation.file)
+            hidden.append(say("overlay-hidden", file=file, reason=reason))
             continue
         sign = 1.0 if record.motion == "closing" else -1.0
         (time, travel), (times, good_travel) = curve_of(record), curve_of(best)
         both, known = (time >= times[0]) & (time <= times[-1]), np.isfinite(good_travel)
         time, way = time[both], sign * (travel[both] - record.raw.segment.before)
         good_way = np.interp(time, times[known], good_travel[known]) - best.raw.segment.before
-        band = share * best.shape.stroke
+        band = TOLERANCE * best.shape.stroke
         overlays.append(Overlay(record, best, time, way, sign * good_way, band))
-    return overlays
-
-
-class Panel(NamedTuple):
-    """One motion of all channels of an operation, and the overlays of all motions."""
-
-    title: str
-    estimates: Sequence[Estimate]
-    overlays: Sequence[Overlay]
+    return overlays, hidden

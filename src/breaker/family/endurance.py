@@ -4,8 +4,9 @@ The endurance test of the paper is not public (paper, Sec. 7). This test has the
 the model, with known true values, and additional effects. Its rates of wear are assumptions.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
@@ -74,3 +75,26 @@ class EnduranceTest:
         curve = self.worn(operation).travel(motion, times - moves)
         zero = sensor["zero_sd"] * rng.standard_normal()
         return times, curve + zero + sensor["noise_sd"] * rng.standard_normal(samples)
+
+
+def write_curve(
+    file: str | Path, time: np.ndarray, travel: np.ndarray, *, motion: str, operation: int
+) -> None:
+    """Write times, ms, and travel, mm, ``(t,)``, as a text file that the default format reads, with
+    motion and operation in its header; the travel is zero at the open position.
+    """
+    above = ["travel record", f"motion: {motion}", f"operation: {operation}", "zero: open position"]
+    columns = {"time": ["s", *texts(time / 1e3, 7)], "travel": ["mm", *texts(travel, 3)]}
+    text = "\n".join([*above, *rows(columns, ","), ""])
+    Path(file).write_text(text, encoding="utf-8")
+
+
+def texts(values: np.ndarray, digits: int) -> list[str]:
+    """Return numbers as text; missing numbers are blank."""
+    return [f"{x:.{digits}f}" if x == x else "" for x in values.tolist()]
+
+
+def rows(columns: Mapping[str, Sequence[str]], delimiter: str) -> list[str]:
+    """Return the line of names and the lines of cells."""
+    cells = zip(*columns.values(), strict=True)
+    return [delimiter.join(columns), *(delimiter.join(row) for row in cells)]

@@ -11,8 +11,7 @@ import numpy as np
 from breaker.common.randomness import generator
 from breaker.configuration.definitions import simulated_test
 from breaker.configuration.loading import read
-from breaker.family.curve_file import rows, texts, write_curve
-from breaker.family.endurance import EnduranceTest
+from breaker.family.endurance import EnduranceTest, rows, texts, write_curve
 from breaker.family.rich_drive import Drive
 from breaker.model.parameters import MOTIONS, Size
 from breaker.model.prior import Prior

@@ -18,10 +18,9 @@ from breaker.figures.records import difference
 
 if TYPE_CHECKING:
     from breaker.diagnosis.changes import QuantityChange
-    from breaker.diagnosis.curves import Panel
     from breaker.diagnosis.estimate import Estimate
     from breaker.diagnosis.inspection_change import InspectionChange
-    from breaker.diagnosis.report import Report
+    from breaker.diagnosis.report import Panel, Report
 
 
 _WIDTH, _PANEL = 7.0, 2.5  # inches: width of the text of A4; height that is easy to read (63 mm)

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from breaker.common.colours import phase_colours
-from breaker.diagnosis.curves import Overlay, not_overlaid, overlaid, speed_zone
+from breaker.diagnosis.curves import Overlay, overlaid, speed_zone
 from breaker.diagnosis.estimate import DriveRecord
 from breaker.diagnosis.session import Diagnosis
 from breaker.records.files import Files, printable
@@ -99,7 +99,8 @@ def drawn(tab: Tab, diagnosis: Diagnosis, files: Files) -> dict:
     """Return panels with curves, and the initial time window."""
     origins, axis = origins_of(tab)
     laid = [(overlay, "reference") for overlay in diagnosis.overlays]
-    laid += [(overlay, "earlier") for overlay in overlaid(diagnosis.records, diagnosis.before)]
+    earlier, hidden = overlaid(tab.read, diagnosis.before)
+    laid += [(overlay, "earlier") for overlay in earlier]
     curves: list[Curve] = []
     begins, ends = [], []
     for record in tab.read:
@@ -115,7 +116,7 @@ def drawn(tab: Tab, diagnosis: Diagnosis, files: Files) -> dict:
                 curves.append(_overlay(record, overlay, look, zero))
     phases = [record.operation.phase for record in tab.records]
     colours = colours_of(phases)
-    notes = [*dict.fromkeys(not_overlaid(tab.read, diagnosis.before))]
+    notes = [*dict.fromkeys(hidden)]
     return _panels(curves, (min(begins), max(ends)), colours, axis) | {"notes": notes}
 
 

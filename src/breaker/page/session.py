@@ -13,7 +13,7 @@ from typing import Any
 
 from breaker.common.text import bare
 from breaker.configuration.loading import check, merge
-from breaker.diagnosis.inspection import read_inspection
+from breaker.diagnosis.report import read_inspection
 from breaker.diagnosis.session import Diagnosis
 from breaker.page.catalogue import Inspection, find_files, inspections_of
 from breaker.page.choices import Choices, SettingRow, id_of, rows_of
