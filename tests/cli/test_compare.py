@@ -67,11 +67,9 @@ def test_a_weaker_force_is_measured_noticed_and_drawn(inspections, capsys):
         (["a.csv", "--today", "open.csv"], "today: open.csv"),
         (["a.csv", "--today", "missing.csv"], "missing.csv"),
         (["a.csv", "--today", "b 2.csv", "--plot", "both.csv"], ".png"),
-        (["a.csv", "--today", "b 2.csv", "--config", "known.yaml"], "known"),
     ],
 )
 def test_what_cannot_be_compared_is_refused(folder, capsys, arguments, message):
-    (folder / "known.yaml").write_text("known: {mu: [2.0, 0.1]}")
     assert call(*arguments) == 1
     out, err = capsys.readouterr()
     assert out == ""

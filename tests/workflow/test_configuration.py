@@ -28,7 +28,7 @@ from tests.workflow.conftest import ROOT, snakemake
 MOST = 140  # settings
 OVERLAYS = ["paper.yaml", "precise.yaml", "any.yaml", "test.yaml"]
 SCHEMA = script("envs/defaults.py").schema()
-FREE = {"events", "known", "by_motion", "speeds"}
+FREE = {"events", "by_motion", "speeds"}
 
 
 def problems_of(config) -> str:
@@ -193,8 +193,6 @@ limits: [{name: loose, of: change, lower: {k_b: -20 %}}, {name: a, motion: closi
     a measured quantity
 speeds: {closing_speed: [6 mm, touch]}
     speeds is
-known: {touch: [9.5, 0.1], L: [10.0, 0]}
-    known.L is [10.0, 0]
 # settings that must fit each other
 bank: {shards: 2, curves_per_shard: 50}
     bank has 100 curves
@@ -204,8 +202,6 @@ family: {drives: 60, training: {validation_curves: 20, held_out_curves: 40}}
     family.drives is 60
 prior: {f: {median: 0.44}}
     prior has medians f 0.44 and k_a L 0.45
-known: {L: [10, 1]}
-    known is not used by the workflow
 # files
 bank: {shards: 5, shards: 6}
     the key shards stands twice

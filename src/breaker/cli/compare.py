@@ -30,8 +30,6 @@ def run(options: argparse.Namespace) -> int:
     """Read both inspections, compare them, and print the comparison."""
     check_outputs([(options.plot, "picture")])
     config = inputs.settings_of(options.config)
-    if config["known"]:
-        raise ValueError("breaker compare takes records alone; leave the section known out")
     # Imported here, so that --help and errors of options appear at once.
     from breaker.common.document import text_of
     from breaker.common.plain_values import to_json

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable
 from breaker.cli import inputs
 from breaker.cli.outputs import check_outputs, draw, say_written, write_lines
 from breaker.common.text import say
-from breaker.configuration.loading import check, merge
+from breaker.model.quantities import check_fact
 
 
 def add(infer: argparse.ArgumentParser) -> None:
@@ -34,6 +34,8 @@ def _fact(text: str) -> tuple[str, list[float]]:
     except ValueError as error:
         what = f"{text!r} is not NAME=VALUE:SD, such as L=10.8:0.2"
         raise argparse.ArgumentTypeError(what) from error
+    if complaint := check_fact(value, sd):
+        raise argparse.ArgumentTypeError(f"{name} {complaint}")
     return name, [value, sd]
 
 
@@ -41,9 +43,6 @@ def run(options: argparse.Namespace) -> int:
     """Infer and judge, write the requested files, and print the result."""
     check_outputs([(options.output, "table"), (options.plot, "picture")])
     config = inputs.settings_of(options.config)
-    if options.known:
-        config = merge(config, {"known": dict(options.known)})
-        check(config, source="--known", curves=False)
     limits = inputs.limits_of(config, options.config)
     # Imported here, so that --help and errors of options appear at once.
     from breaker.common.document import text_of
@@ -53,7 +52,7 @@ def run(options: argparse.Namespace) -> int:
     from breaker.diagnosis.tables import document_of
     from breaker.diagnosis.words import say as words_for
 
-    given = given_by(config)
+    given = given_by(config, dict(options.known))
     diagnosis = Diagnosis(config, limits, given, _families(options.model), types_of(config))
     choice = inputs.choice_of(options)
     diagnosis = diagnosis.of_files(options.files, choice, of_type=options.type)

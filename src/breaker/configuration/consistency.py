@@ -127,8 +127,6 @@ def _own(config: Config) -> Problems:
 
 def _folder(config: Config) -> Problems:
     """Yield problems in the list of operations of one breaker; a fleet's rules check several."""
-    if config["known"]:
-        yield "known", "is not used by the workflow: give it to `breaker infer`. Leave it empty."
     endurance, unknown = config["endurance"], set()
     if (curves := endurance["curves"]) is None:
         return

@@ -13,7 +13,7 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field, RootModel, cr
 
 from breaker.configuration.loading import WIDEST
 from breaker.model.parameters import NAMES
-from breaker.model.quantities import check_fact, speeds_of
+from breaker.model.quantities import speeds_of
 
 ADVANCED = ("network", "training", "by_motion", "bank", "family", "validation", "simulated_test")
 """Sections in ``config/advanced.yaml``, which few users change."""
@@ -67,12 +67,6 @@ def _where(kind: Any, holds: Callable[[Any], object], text: str) -> Any:
     return Annotated[kind, AfterValidator(check)]
 
 
-def _known(pair: list[float]) -> list[float]:
-    if complaint := check_fact(*pair):
-        raise ValueError(complaint)
-    return pair
-
-
 Motion = Literal["closing", "opening"]
 _FUNCTION = r"[A-Za-z_][\w.]*:[A-Za-z_]\w*"
 Function = _form(200, f"^{_FUNCTION}$", "module:function")
@@ -80,7 +74,6 @@ Summary = _form(200, f"^(time_series|{_FUNCTION})$", "module:function or time_se
 Column = _text(200) | _number(int, 1, 1000)
 Trigger = _text(200) | _number(int, 0, 1000)
 Amount = _number(float, -1e6, 1e6)
-Known = Annotated[_list(Amount, 2, 2), AfterValidator(_known)]
 Points = _list(_text(100), 2, 2)
 _SPEED = r"^(closing|opening)_speed(_[a-z0-9_]+)?$"
 SpeedName = _form(100, _SPEED, "closing_speed or opening_speed, or one of these with _ and a name")
@@ -219,7 +212,6 @@ Settings = _section(
         lengths=_f(float, 1.0, "Factor on lengths: 10 for a stroke of about 150 mm.", 0.01, 100),
         times=_f(float, 1.0, "Factor on times: 4 if a motion takes four times as long.", 0.01, 100),
     ),
-    known=_f(dict[str, Known], {}, "For `breaker infer`: value and sd, as in {mu: [2.4, 0.1]}."),
     endurance=_section(
         "Measured curves and their inference.",
         curves=_f(Text | None, None, "Folder of the curve files; null is the simulated test."),

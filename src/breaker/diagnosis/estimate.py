@@ -97,13 +97,6 @@ class Given:
         """Whether a prior or known values weight posterior draws."""
         return self.prior is not None or bool(self.known)
 
-    @property
-    def words(self) -> dict[str, str]:
-        """Texts on prior and known values, by the name of their row in a report."""
-        known = [f"{k} {mean:g} with an sd of {sd:g}" for k, (mean, sd) in self.known.items()]
-        rows = {"Given": say("own-prior") if self.prior else "", "Known": ", ".join(known)}
-        return {name: text for name, text in rows.items() if text}
-
     def family_prior(self, estimate: "Estimate") -> Prior:
         """Return the family's prior at the given size, or else at the size of the record."""
         size = self.size

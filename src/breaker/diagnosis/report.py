@@ -16,6 +16,7 @@ from breaker.diagnosis.identity import check_inspection, nameplate
 from breaker.diagnosis.inspection_change import change_tables
 from breaker.diagnosis.session import Diagnosis, given_by
 from breaker.diagnosis.tables import document_of, shown_of, title_of
+from breaker.diagnosis.words import say
 from breaker.model.parameters import NAMES
 from breaker.model.quantities import in_words, quantities
 from breaker.records.files import Files
@@ -101,7 +102,8 @@ def report_of(diagnosis: Diagnosis) -> Report:
         Panel(title_of(group), [by_record[id(row)] for row in group], diagnosis.overlays)
         for group in shown_of(result)
     ]
-    plate = [*nameplate(records, diagnosis.before), *diagnosis.given.words.items()]
+    plate = nameplate(records, diagnosis.before)
+    plate = [*plate, ("Given", say("own-prior"))] if diagnosis.given.prior else plate
     known = quantities(diagnosis.speeds_of(records)).keys() - {*NAMES}  # parameters have symbols
     names = {name: in_words(name) for name in known}
     parts = {"title": "Test report", "plate": plate, "names": names, "panels": panels}

@@ -167,15 +167,15 @@ class Diagnosis:
         return compared
 
 
-def given_by(config: Mapping) -> Given:
-    """Return the size, prior and known values of a configuration.
+def given_by(config: Mapping, known: Mapping[str, Sequence[float]] | None = None) -> Given:
+    """Return the size and prior of a configuration, with known values, ``{name: [value, sd]}``.
 
     Raises:
         ValueError: If the quantity of a known value is not inferred.
     """
-    values, usual = config["known"], defaults()
-    if wrong := [name for name in values if name not in KNOWN_VALUES]:
+    usual, known = defaults(), known or {}
+    if wrong := [name for name in known if name not in KNOWN_VALUES]:
         raise ValueError(say("known-of-nothing", name=wrong[0], known=", ".join(KNOWN_VALUES)))
     if all(config[key] == usual[key] for key in ("prior", "size")):
-        return Given(known=values)
-    return Given(Size(**config["size"]), Prior.from_settings(config["prior"]), values)
+        return Given(known=known)
+    return Given(Size(**config["size"]), Prior.from_settings(config["prior"]), known)
