@@ -18,7 +18,6 @@ from breaker.records.checks import (
 )
 from breaker.records.measurements import measure_curve
 from breaker.records.motion import find_segment
-from breaker.records.noise import hum_of
 from breaker.records.rejections import UnusableError
 from breaker.shipped import HELD_BACK
 from tests.raws import swinging
@@ -207,22 +206,20 @@ def test_a_motion_of_no_drive_is_named(stroke, lasts):
 
 
 @pytest.mark.parametrize("motion", MOTIONS)
-def test_hum_and_a_rest_that_moves_are_seen_and_none_in_good_records(prior, motion):
-    """Three trials at 1.25e-4: of 100 good records 2 have a remark at 7e-4."""
+def test_a_rest_that_moves_is_seen_and_none_in_good_records(prior, motion):
+    """By hum or a bump, before the motion or after it; of 100 good records 2 have
+    a remark at 7e-4.
+    """
     rng = generator(3, "records", motion)
     exact = travel(prior.sample(100, rng), TIME, motion, onset=MOVES).travel
     good = np.round(exact + 0.05 * rng.standard_normal(exact.shape), 2)
-
-    def hums(reading):
-        return bool(hum_of(TIME, reading, MOVES)[0])
 
     def is_unsteady(reading):
         segment = find_segment(TIME, reading, motion)
         return bool(unsteady_remark(TIME, reading, MOVES, segment))
 
-    assert sum(hums(reading) or is_unsteady(reading) for reading in good) <= 1
-    for hum in (np.sin(0.1 * np.pi * TIME + 1.0), np.cos(0.12 * np.pi * TIME)):
-        assert all(hums(reading + 0.5 * hum) for reading in good[:5])
-    for size, at in ((0.4, 4.0), (1.5, 66.0)):
-        bump = size * np.exp(-(((TIME - at) / 2.0) ** 2))
-        assert all(is_unsteady(reading + bump) for reading in good[:5])
+    assert sum(map(is_unsteady, good)) <= 1
+    moved = [0.5 * np.sin(0.1 * np.pi * TIME + 1.0), 0.5 * np.cos(0.12 * np.pi * TIME)]
+    moved += [s * np.exp(-(((TIME - at) / 2.0) ** 2)) for s, at in ((0.4, 4.0), (1.5, 66.0))]
+    for off in moved:
+        assert all(is_unsteady(reading + off) for reading in good[:5])

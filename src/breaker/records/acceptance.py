@@ -11,18 +11,7 @@ from breaker.common.numerals import in_digits
 from breaker.records.curves import Grid, GriddedRecord, read_records
 from breaker.records.files import RejectedCurveError, printable
 from breaker.records.folder import list_operations, table_rows
-from breaker.records.operations import Operation
 from breaker.records.proposal import ITEM, alike
-
-
-class CheckedRecord(NamedTuple):
-    """Record: its file, reason of rejection, remarks, and noise at rest and stroke, mm."""
-
-    file: str
-    reason: str = ""
-    remarks: str = ""
-    noise: float = np.nan
-    stroke: float = np.nan
 
 
 class CheckedGroup(NamedTuple):
@@ -32,13 +21,9 @@ class CheckedGroup(NamedTuple):
 
     name: str
     motion: str
-    records: Sequence[CheckedRecord] = ()
+    accepted: Sequence[GriddedRecord] = ()
+    rejected: Sequence[RejectedCurveError] = ()
     error: str = ""
-
-    @property
-    def accepted(self) -> int:
-        """Number of accepted records."""
-        return sum(not record.reason for record in self.records)
 
 
 def check_folder(
@@ -68,35 +53,27 @@ def check_folder(
                 groups.append(CheckedGroup(name, motion, error=str(error)))
                 continue
             results = read_records(operations, endurance["format"], grid, motion)
-            groups.append(CheckedGroup(name, motion, [*map(_checked, operations, results)]))
+            accepted = [result for result in results if isinstance(result, GriddedRecord)]
+            rejected = [result for result in results if isinstance(result, RejectedCurveError)]
+            groups.append(CheckedGroup(name, motion, accepted, rejected))
     return groups
-
-
-def _checked(operation: Operation, result: GriddedRecord | RejectedCurveError) -> CheckedRecord:
-    file = printable(operation.file)
-    if not isinstance(result, GriddedRecord):
-        return CheckedRecord(file, str(result))
-    noise, stroke = result.noise.sd, result.record.segment.stroke
-    return CheckedRecord(file, "", "; ".join(result.remarks), noise, stroke)
 
 
 def document_of(groups: Sequence[CheckedGroup]) -> Document:
     """Return a table of the numbers of accepted records, and the reasons and remarks, each once."""
     head = ("", "records", "accepted", "with remarks", "rejected", "stroke (mm)", "noise (mm)")
     rows, texts = [], {"Rejected:": [], "Remarks on accepted records:": []}
-    for group in groups:
-        records = group.records
-        rejected = [(group.name, record.file, record.reason) for record in records if record.reason]
-        remarked = [
-            (group.name, record.file, record.remarks) for record in records if record.remarks
+    for name, _, accepted, rejected, _ in groups:
+        remarked = [result for result in accepted if result.remarks]
+        counts = len(accepted) + len(rejected), len(accepted), len(remarked), len(rejected)
+        strokes = _range([result.record.segment.stroke for result in accepted])
+        noises = _range([result.noise.sd for result in accepted])
+        rows.append([name, *map(str, counts), strokes, noises])
+        texts["Rejected:"] += [(name, error.file, str(error)) for error in rejected]
+        texts["Remarks on accepted records:"] += [
+            (name, printable(result.record.operation.file), "; ".join(result.remarks))
+            for result in remarked
         ]
-        counts = len(records), group.accepted, len(remarked), len(rejected)
-        ranges = (
-            _range([getattr(record, name) for record in records]) for name in ("stroke", "noise")
-        )
-        rows.append([group.name, *map(str, counts), *ranges])
-        texts["Rejected:"] += rejected
-        texts["Remarks on accepted records:"] += remarked
     errors = [Table(title=f"{group.name}: {group.error}") for group in groups if group.error]
     lists = [Table(title=title, rows=_grouped(lines)) for title, lines in texts.items() if lines]
     return Document(parts=[Table(head, rows), *errors, *lists])

@@ -43,7 +43,7 @@ _FAR = 0.15  # strokes, distance of the open rest from zero above which the sett
 _SLIPS = 0.05  # strokes, largest slip of a transducer that is accepted
 _AT_END = 0.25  # share of samples at one extreme that shows a range's end; by noise of 5 steps 0.07
 _NOISY = 5  # distinct values at the other rest from which on its noise exceeds the step
-_UNSTEADY = 0.01  # strokes, movement of a rest; at most 0.006 in 200 good records of the study
+_UNSTEADY = 0.0065  # strokes, movement of a rest; 3 of 640 good drives of the study exceed it
 _RANGE = 0.5  # strokes, largest swing of a drive about its rest
 _BEGUN = 0.1  # share of the stroke from which a motion has begun: twice the largest slip
 
@@ -295,9 +295,9 @@ def unsteady_remark(time: np.ndarray, travel: np.ndarray, moves: float, segment:
     ways = [float(np.ptp(rest)) if rest.size else 0.0, float(off.max()) - _RANGE]
     if 0 < 2 * lasts < off.size:
         largest = sliding_window_view(off, lasts).max(axis=1)[:-1]
-        ways.append(float((off[lasts:] - 2.0 * np.minimum.accumulate(largest)).max()))
+        ways.append(float((0.5 * off[lasts:] - np.minimum.accumulate(largest)).max()))
     noise = white_noise(travel) / np.sqrt(2.0 * half + 1.0) / segment.stroke
-    if max(ways) < max(_UNSTEADY, 2.0 * normal_sds(done.size) * noise):
+    if max(ways) < max(_UNSTEADY, np.sqrt(2.0) * normal_sds(done.size**2) * noise):
         return ""
     return Remark("unsteady", way=in_digits(max(ways) * segment.stroke, 2))
 

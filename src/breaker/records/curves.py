@@ -15,7 +15,6 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from breaker.common.numerals import in_digits
 from breaker.model.quantities import ABOUT, SPEEDS, Speed, quantities_of
 from breaker.records.files import RejectedCurveError, printable
 from breaker.records.measurements import Measured
@@ -23,7 +22,7 @@ from breaker.records.noise import Noise
 from breaker.records.operations import Operation
 from breaker.records.reader import Reader
 from breaker.records.record import Record
-from breaker.records.rejections import Remark, UnusableError
+from breaker.records.rejections import UnusableError
 
 if TYPE_CHECKING:  # single records are read without xarray
     import xarray as xr
@@ -59,7 +58,6 @@ class Gridded(NamedTuple):
     travel: np.ndarray  # travel, (t,), mm, NaN where a sample is missing
     start: float  # time of the record that is 0 on the grid, ms
     sampled: np.ndarray  # times of the grid for which the rate gives a sample, (t,) of bool
-    moved: float  # longest time by which a sample is moved, ms, 0 if samples are unchanged
 
 
 def on_grid(time: np.ndarray, travel: np.ndarray, times: np.ndarray, moves: float) -> Gridded:
@@ -85,7 +83,7 @@ def on_grid(time: np.ndarray, travel: np.ndarray, times: np.ndarray, moves: floa
     sampled[1:] &= ~(sampled[:-1] & (nearest[1:] == nearest[:-1]))
     record = np.full(len(times), np.nan)
     record[sampled] = _cubic(travel, place[sampled])
-    return Gridded(record, start, sampled, float(np.abs(place - nearest)[sampled].max() * step))
+    return Gridded(record, start, sampled)
 
 
 def _cubic(travel: np.ndarray, place: np.ndarray) -> np.ndarray:
@@ -116,22 +114,6 @@ def check_missing(gridded: Gridded, allowed: float) -> None:
             f"{missing} of the {count} samples of the model's grid are missing, more than the "
             f"share of {allowed:g} that endurance.format.missing allows"
         )
-
-
-def grid_remarks(gridded: Gridded, time: np.ndarray, times: np.ndarray) -> list[str]:
-    """Return remarks where a record's part, at ``time`` ``(n,)``, ms, does not cover the grid,
-    ``times``, or its rate does not fit.
-    """
-    step = float(time[-1] - time[0]) / (len(time) - 1)
-    late = time[0] - gridded.start - times[0]
-    early = gridded.start + times[-1] - time[-1]
-    remarks = [Remark("begins-late", late=f"{late:.1f}")] if late > step else []
-    if early > step:
-        remarks.append(Remark("ends-early", early=f"{early:.1f}", at=f"{time[-1]:.1f}"))
-    if gridded.moved > 0.0 or not gridded.sampled.all():
-        none, moved = int((~gridded.sampled).sum()), in_digits(gridded.moved, 2)
-        remarks.append(Remark("rate-moved", step=in_digits(step, 4), moved=moved, none=none))
-    return remarks
 
 
 @dataclass(frozen=True)
@@ -231,8 +213,7 @@ def put_on_grid(record: Record, grid: Grid) -> GriddedRecord:
         check_missing(gridded, record.settings["missing"])
     except UnusableError as error:
         raise RejectedCurveError(record.operation.file, str(error)) from error
-    remarks = *record.remarks_on(grid), *grid_remarks(gridded, time, grid.times)
-    remarks = tuple(filter(None, (record.warning, *remarks)))
+    remarks = tuple(filter(None, (record.warning, *record.remarks_on(grid))))
     return GriddedRecord(record, gridded, record.noise, remarks)
 
 

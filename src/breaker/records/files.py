@@ -24,12 +24,13 @@ class RejectedCurveError(ValueError):
     """Curve file that cannot be used; the message is one printable line.
 
     Attributes:
+        file: The file, printable.
         reason: Reason why the file cannot be used, and the remedy.
         line: Line of the file that shows the reason; None if there is none.
     """
 
     def __init__(self, file: str | Path, reason: str, *, line: int | None = None) -> None:
-        self.reason, self.line = reason, line
+        self.file, self.reason, self.line = printable(file), reason, line
         place = f"{file}, line {line}" if line else f"{file}"
         super().__init__(printable(f"{place}: {reason}"))
 

@@ -188,7 +188,9 @@ def start_interval(time: np.ndarray, travel: np.ndarray, motion: str) -> StartIn
         True
     """
     rise = _Rise(time, travel, motion)
-    time, travel, variance = _lowest(rise)
+    last, _ = rise.clear(0)
+    first = np.searchsorted(time, time[last] - (_CREEPS[-1] + 1.5) * rise.duration)
+    time, travel, variance = rise.part(int(first), last)
     hums = dict.fromkeys(_HUM, _ODDS / len(_HUM)) | {0.0: 1.0}
     if time[-1] - time[0] < 1.0 / min(_HUM):
         hums = {0.0: 1.0}
@@ -219,13 +221,6 @@ def start_interval(time: np.ndarray, travel: np.ndarray, motion: str) -> StartIn
     early, late = starts[order][np.searchsorted(share, (0.025, 0.975))]
     margin = step + 0.5 * float(time[1] - time[0])  # spacing of starts, and of samples
     return StartInterval(float(early) - margin, float(late) + margin, rise.duration)
-
-
-def _lowest(rise: _Rise) -> tuple[np.ndarray, np.ndarray, float]:
-    """Return ``part`` of the rest and of the lowest rise that is clear of noise."""
-    (last, _), time = rise.clear(0), rise.time
-    first = np.searchsorted(time, time[last] - (_CREEPS[-1] + 1.5) * rise.duration)
-    return rise.part(int(first), last)
 
 
 def _explained(

@@ -11,18 +11,9 @@ from functools import cached_property
 import numpy as np
 
 from breaker.common.numerals import in_digits
-from breaker.records.noise import (
-    REST,
-    Noise,
-    hum_of,
-    noise_at_rest,
-    ripple_of,
-    smoothed,
-    white_noise,
-)
+from breaker.records.noise import REST, Noise, noise_at_rest, ripple_of, smoothed, white_noise
 from breaker.records.rejections import (
     FEWEST,
-    MATTERS,
     OtherMotionError,
     SeveralMotionsError,
     UnusableError,
@@ -280,16 +271,9 @@ class LocatedMotion:
         return max(sd, self.quantum / np.sqrt(12.0)), colour
 
     @cached_property
-    def hum(self) -> tuple[float, float]:
-        """Amplitude, mm, and frequency, kHz, of mains hum in the reading; 0 if negligible."""
-        amplitude, frequency = hum_of(self.time[self.inside], self.left, self.moves)
-        matters = amplitude > MATTERS * self.segment.stroke
-        return (amplitude, frequency) if matters else (0.0, 0.0)
-
-    @cached_property
     def ripple(self) -> float:
         """Root mean square of a ripple of the reading in the motion, mm; 0 if none is clear."""
-        return max(self.segment.stroke * ripple_of(self.done), self.hum[0] / np.sqrt(2.0))
+        return self.segment.stroke * ripple_of(self.done)
 
     @cached_property
     def first_motion_sd(self) -> float:

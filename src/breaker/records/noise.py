@@ -12,17 +12,11 @@ from breaker.common.numerals import in_digits
 from breaker.records.rejections import FEWEST, MATTERS, Remark, normal_sds
 
 _BLOCK = 2**18  # samples in windows whose medians are computed at once: 2 MB
-_RATIOS = 0.5, 1.15  # noise over noise_sd, limits beyond which parameters and their sds are wrong
+_MORE = 1.15  # noise over noise_sd, above which parameters and their sds are wrong
 _CORRELATED = 0.2  # correlation at a step of the grid from which a remark is made
 _COLOURED = 0.95  # largest correlation of neighbours that a short rest can show
-# Degrees of polynomials that model the drive's travel from 5 to 95 %. The residual of a bump swings
-# too, but its frequency rises with the degree; a ripple has the same frequency for both degrees.
-_DEGREES = 8, 11
-_SHARE = 0.7  # least share of the polynomial's residual that a sine explains
-
-_MAINS = 0.05, 0.06  # frequencies of the mains, kHz
-_LAST = 30.0  # ms at the end of a record that are fitted, at least 1.5 periods of the mains
-_SAME = 0.5, 2.0  # limits of the amplitude before the motion over that at the end of the record
+_DEGREE = 8  # of the polynomial that models the drive's travel from 5 to 95 %
+_SHARE = 0.75  # least share of the residual that a sine explains: a bump's swing explains less
 
 REST = (50.0, 1.0)
 """Rest in which the noise is estimated, ms before the first motion: the start may be gradual, and
@@ -85,14 +79,12 @@ def noise_remarks(noise: Noise, noise_sd: float, every: float) -> list[Remark]:
         return [Remark("few-at-rest")]
     near = float(np.clip(np.nan_to_num(noise.colour), 0.0, _COLOURED))
     sds, remarks = normal_sds(1), []
-    size = {"noise": in_digits(noise.sd, 2), "noise_sd": noise_sd}
     # Degrees of freedom of a first-order process: correlation makes samples less informative.
     free = max(noise.samples * (1.0 - near**2) / (1.0 + near**2) - 1.0, 1.0)
     chance = sds / np.sqrt(2.0 * free)  # largest random error of the logarithm of an sd
-    if noise.sd > noise_sd * max(_RATIOS[1], np.exp(chance)):
-        remarks.append(Remark("noisier", **size))
-    if 0.0 < noise.sd < noise_sd * min(_RATIOS[0], 1.0 - chance):
-        remarks.append(Remark("calmer", **size))
+    if noise.sd > noise_sd * max(_MORE, np.exp(chance)):
+        shown = in_digits(noise.sd, 2)
+        remarks.append(Remark("noisier", noise=shown, noise_sd=noise_sd))
     colour = near ** max(every, 1.0)  # of a first-order process, at a step of the grid
     if colour > _CORRELATED and near > sds / np.sqrt(noise.samples):
         remarks.append(Remark("coloured", colour=colour))
@@ -103,37 +95,6 @@ def white_noise(travel: np.ndarray) -> float:
     """Return the sd of the noise of a record, mm, if its samples are independent."""
     second = np.diff(travel[~np.isnan(travel)], n=2)
     return float(OF_SECOND * np.median(np.abs(second))) if second.size else 0.0
-
-
-def hum_of(time: np.ndarray, travel: np.ndarray, moves: float) -> tuple[float, float]:
-    """Return amplitude, mm, and frequency, kHz, of mains hum in a reading; 0 if there is none.
-
-    Hum that is fitted at the end of the record has the same phase in the rest before the motion;
-    a swing of the drive does not.
-
-    Args:
-        time, travel: Samples of the motion, ``(n,)``, ms and mm; NaN where one is missing.
-        moves: Time of the first motion, ms.
-    """
-    there = ~np.isnan(travel)
-    time, travel = time[there], travel[there]
-    before, after = time < moves - REST[1], time > max(time[-1] - _LAST, moves + _LAST / 2)
-    if min(before.sum(), after.sum()) < FEWEST:
-        return 0.0, 0.0
-    rest = travel[before] - travel[before].mean()
-    noise = white_noise(rest)
-    for frequency in _MAINS:
-        waves = np.exp(2j * np.pi * frequency * time)
-        waves = np.column_stack([waves.real, waves.imag])
-        known = np.column_stack([np.ones(after.sum()), time[after], waves[after]])
-        waves_of_end = np.linalg.lstsq(known, travel[after], rcond=None)[0][2:]
-        swing = waves[before] @ waves_of_end
-        swing -= swing.mean()
-        size = float(np.linalg.norm(swing))
-        share = float(rest @ swing) / size**2 if size else 0.0
-        if _SAME[0] < share < _SAME[1] and share * size > normal_sds(2) * noise:
-            return share * float(np.linalg.norm(waves_of_end)), frequency
-    return 0.0, 0.0
 
 
 def ripple_of(done: np.ndarray) -> float:
@@ -149,27 +110,22 @@ def ripple_of(done: np.ndarray) -> float:
     end = int((done >= 0.95).argmax())
     begin = end - int((done[end::-1] <= 0.05).argmax())
     there = np.flatnonzero(~np.isnan(done[begin:end]))
-    if there.size < 2 * _DEGREES[1]:
+    if there.size < 2 * _DEGREE:
         return 0.0
     done, share = done[begin:end][there], there / (end - begin)
+    smooth, _ = np.linalg.qr(np.polynomial.chebyshev.chebvander(2.0 * share - 1.0, _DEGREE))
+    curve = smooth @ (smooth.T @ done)
+    left, speed = done - curve, np.gradient(curve, share)
+    speed = np.clip(speed / speed.max(), 0.1, 1.0)
     # Periods from a quarter of this part down to four samples.
     cycles = np.geomspace(4.0, max(0.25 * done.size, 4.0), 60)
-    ripple = []
-    for degree in _DEGREES:
-        smooth, _ = np.linalg.qr(np.polynomial.chebyshev.chebvander(2.0 * share - 1.0, degree))
-        curve = smooth @ (smooth.T @ done)
-        left, speed = done - curve, np.gradient(curve, share)
-        speed = np.clip(speed / speed.max(), 0.1, 1.0)
-        waves = np.exp(2j * np.pi * cycles[:, None] * share) * speed
-        waves -= waves @ smooth @ smooth.T
-        fits, power = np.abs(waves @ left), 0.5 * np.square(np.abs(waves)).sum(axis=1)
-        best = int((fits**2 / power).argmax())
-        amplitude = float(fits[best] / power[best])
-        if fits[best] * amplitude < _SHARE * (left @ left) or amplitude < MATTERS:
-            return 0.0
-        ripple.append((best, amplitude))
-    (first, amplitude), (second, _) = ripple
-    return amplitude / np.sqrt(2.0) if abs(first - second) <= 2 else 0.0
+    waves = np.exp(2j * np.pi * cycles[:, None] * share) * speed
+    waves -= waves @ smooth @ smooth.T
+    fits, power = np.abs(waves @ left), 0.5 * np.square(np.abs(waves)).sum(axis=1)
+    best = int((fits**2 / power).argmax())
+    amplitude = float(fits[best] / power[best])
+    clear = fits[best] * amplitude >= _SHARE * (left @ left) and amplitude >= MATTERS
+    return amplitude / np.sqrt(2.0) if clear else 0.0
 
 
 def filled(travel: np.ndarray) -> np.ndarray:

@@ -71,15 +71,10 @@ class Record(LocatedMotion):
         ]
         ends = filter(isfinite, self.reading.ends)
         remarks += [Remark("range-ends", level=in_digits(level, 4)) for level in ends]
-        amplitude, frequency = self.hum
-        if amplitude:
-            swing, hertz = in_digits(2.0 * amplitude, 2), round(1000.0 * frequency)
-            remarks.append(Remark("hum", way=swing, frequency=hertz))
-        elif self.ripple:
+        if self.ripple:
             remarks.append(Remark("ripples", rms=in_digits(self.ripple, 2)))
-        if not amplitude:
-            time = self.time[self.inside]
-            remarks.append(unsteady_remark(time, self.left, self.moves, self.segment))
+        time = self.time[self.inside]
+        remarks.append(unsteady_remark(time, self.left, self.moves, self.segment))
         if grid and grid.onset_sd and self.first_motion_sd > grid.onset_sd:
             shown = in_digits(self.first_motion_sd, 2)
             remarks.append(Remark("onset-vague", sd=shown, assumed=grid.onset_sd))

@@ -18,7 +18,7 @@ def normal_sds(count: int) -> float:
     return -NormalDist().inv_cdf(0.5 * FALSE / max(count, 1))
 
 
-DISTURBED = {"hum", "no-drive", "range-ends", "unsteady"}
+DISTURBED = {"no-drive", "range-ends", "unsteady"}
 """Codes of remarks that must accompany every value of the record."""
 
 TEXTS = {
@@ -27,9 +27,7 @@ TEXTS = {
     "rate or unit of the time, and the unit or ratio of the travel",
     "range-ends": "at one rest the reading is at exactly {level} mm, too often for its noise: the "
     "range of the transducer ends within the stroke",
-    "unsteady": "at rest the reading moves by {way} mm: is there a drift or a vibration?",
-    "hum": "the reading swings by {way} mm at {frequency} Hz, before and after the motion: shield "
-    "the cable of the transducer",
+    "unsteady": "at rest the reading moves by {way} mm: is there hum, a drift or a vibration?",
     "open-rest-unseen": "ends before the open breaker rests: its last reading stands for that rest",
     "open-rest-off": "the open breaker rests at {rest} mm, not at zero: set "
     "endurance.format.zero to its reading, or to rest, if sensor.zero_sd is less",
@@ -38,15 +36,9 @@ TEXTS = {
     "few-at-rest": "too little rest before the motion to see the noise",
     "noisier": "the noise at rest is {noise} mm, more than sensor.noise_sd, {noise_sd:g} mm; raise "
     "it, or the parameters are less certain than inferred",
-    "calmer": "the noise at rest is {noise} mm, far less than sensor.noise_sd, {noise_sd:g} mm: "
-    "lower it for the workflow; no command on records uses it",
     "coloured": "the noise at rest is correlated by {colour:.2f} at a step of the grid: record "
     "without a filter, or raise sensor.noise_sd",
     "uneven": "the times are off even steps of {step} ms by up to {off} ms",
-    "begins-late": "the record begins {late} ms after the grid",
-    "ends-early": "the motion ends {early} ms before the grid, at {at} ms",
-    "rate-moved": "one sample every {step} ms, moved by up to {moved} ms to times of the grid, of "
-    "which {none} have no sample",
     "zone-at-rest": "the zone {zone} begins before the first motion or ends after the drive has "
     "arrived: name points within the motion",
     "onset-vague": "the first motion is certain to ±{sd} ms only, more than sensor.onset_sd, "
