@@ -101,24 +101,6 @@ def test_what_a_record_does_not_show_has_a_reason(closing, contact, gap, hidden)
         assert np.isnan(values[name][:2]).tolist() == [name in hidden] * 2
 
 
-@pytest.mark.parametrize(
-    ("start", "end", "shown"),
-    [
-        ("9 ms before touch", "touch", True),
-        ("14 ms before touch", "touch", False),
-        ("touch", "4 ms after touch", True),
-        ("touch", "40 ms after touch", False),
-        ("0 % of stroke", "100 % of stroke", True),
-        ("10 % of stroke", "40 ms after 50 % of stroke", False),
-    ],
-)
-def test_a_zone_that_contains_a_rest_has_no_speed(closing, start, end, shown):
-    about = {"contact": TIMING, "speeds": speeds_of({"closing_speed": [start, end]})}
-    speed = measure_curve(*closing, "closing", **about)["closing_speed"]
-    assert np.isfinite(speed.value) == shown
-    assert getattr(speed.reason, "code", "") == ("" if shown else "zone-at-rest")
-
-
 # ---- records as breakers give them -------------------------------------------------------------
 
 

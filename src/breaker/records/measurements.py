@@ -27,7 +27,7 @@ from breaker.records.currents import Currents
 from breaker.records.first_motion import StartInterval, first_motion, start_interval
 from breaker.records.motion import LocatedMotion, find_segment
 from breaker.records.propagation import FEW, Trace, Uncertain, error_of
-from breaker.records.rejections import NotShownError, Remark, UnusableError
+from breaker.records.rejections import NotShownError, UnusableError
 
 _SEEN = 3.0  # sd above which a drift, a swing or a distance beyond a rest is not noise
 _VAGUE = 0.4  # durations; a wider start interval hides changes of the reaction time
@@ -343,18 +343,7 @@ class Reading:
         (begin, low), (end, high) = self.place(speed.start), self.place(speed.end)
         if not end.value > begin.value:
             raise NotShownError(f"{speed.points[1]} is not after {speed.points[0]}")
-        # A point defined by travel lies within the motion even if the rest is uncertain.
-        timed = speed.end.later or speed.end.unit == "ms"
-        if begin.value < self.start.early or (timed and end.value > self._rests_from):
-            raise NotShownError(Remark("zone-at-rest", zone=speed.words))
         return (high - low) / (end - begin)
-
-    @property
-    def _rests_from(self) -> float:
-        """Time at which the travel reaches the rest after the motion, ms; infinite if never."""
-        forward = 1.0 if self.located.motion == "closing" else -1.0
-        done = self.trace.smooth >= forward * self.located.segment.after
-        return float(self.trace.time[done][0]) + self.trace.half if done.any() else math.inf
 
     def at_share(self, percent: float) -> Uncertain:
         """Return the time of a percent of the stroke, ms."""

@@ -203,9 +203,8 @@ class Trace:
     def at(self, time: Uncertain) -> Uncertain:
         """Return the travel at a time."""
         fit = self._fit(time.value)
-        travel = self._of(fit.value(time.value), fit.window, fit.weights(time.value))
-        moved = (time + -time.value) * fit.value(time.value, 1)
-        return travel + moved + error_of(0.0, math.hypot(fit.error, self.ripple))
+        travel = self._value(fit, time.value, self.ripple)
+        return travel + (time + -time.value) * fit.value(time.value, 1)
 
     def at_corner(self, time: Uncertain, lost: float, sd: float) -> Uncertain:
         """Return the travel at a time at which the drive loses a share of its speed at once.
@@ -241,9 +240,7 @@ class Trace:
         speed = fit.value(time, 1)
         if not speed > 0.0:
             raise NotShownError("the drive hardly moves at the point")
-        travel = self._of(level.value, fit.window, fit.weights(time))
-        travel += error_of(0.0, math.hypot(fit.error, self.ripple))
-        return (level - travel) * (1.0 / speed) + time
+        return (level - self._value(fit, time, self.ripple)) * (1.0 / speed) + time
 
     def top(self, begin: float, end: float) -> Uncertain:
         """Return the largest travel between two times, as the top of a local fit."""
@@ -251,12 +248,16 @@ class Trace:
         later = self._window(min(begin, stop), stop)
         fit = self._fit(float(self.time[later[int(self.smooth[later].argmax())]]))
         time = min(fit.solve(fit.near, 0.0, 1), float(self.known[-1]))
-        travel = self._of(fit.value(time), fit.window, fit.weights(time))
         # Noise raises the top by half the variance of the slope over the second derivative:
         # without this correction, over-travels are 0.3 sds too large.
         slope = self.sd(self._of(0.0, fit.window, fit.weights(time, 1)))
         bend = max(-fit.value(time, 2), slope / fit.half)
-        return travel + (-0.5 * slope**2 / bend if bend > 0.0 else 0.0)
+        return self._value(fit, time) + (-0.5 * slope**2 / bend if bend > 0.0 else 0.0)
+
+    def _value(self, fit: LocalCubic, time: float, ripple: float = 0.0) -> Uncertain:
+        """Return the value of a local fit, mm, with its error and that of a ripple."""
+        travel = self._of(fit.value(time), fit.window, fit.weights(time))
+        return travel + error_of(0.0, math.hypot(fit.error, ripple))
 
     def _window(self, begin: float, end: float) -> np.ndarray:
         """Return the places of the samples between two times that are not missing."""

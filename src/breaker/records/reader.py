@@ -38,7 +38,6 @@ from breaker.records.settings import SAME_RATE, complete, lacking
 from breaker.records.sheet import Columns
 from breaker.records.words import MOTION_OF
 
-_MANY = 100  # number of records from which progress is shown: they take more than a second
 _SAME_STROKE, _ROUNDED = 0.02, 0.5  # tolerance of stated strokes, share and mm; ratios exceed it
 
 
@@ -109,10 +108,6 @@ class Reader:
     ) -> list[list[Record | RejectedCurveError]]:
         """Read several operations; return for each motion a list of records or rejections."""
         results: list[list[Record | RejectedCurveError]] = [[] for _ in motions]
-        if len(operations) >= _MANY:
-            from tqdm import tqdm  # here, since the import takes longer than one record
-
-            operations = tqdm(operations, desc=f"read {' and '.join(motions)}", mininterval=5)
         for operation in operations:
             for motion, records in zip(motions, results, strict=True):
                 try:

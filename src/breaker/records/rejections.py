@@ -39,8 +39,6 @@ TEXTS = {
     "coloured": "the noise at rest is correlated by {colour:.2f} at a step of the grid: record "
     "without a filter, or raise sensor.noise_sd",
     "uneven": "the times are off even steps of {step} ms by up to {off} ms",
-    "zone-at-rest": "the zone {zone} begins before the first motion or ends after the drive has "
-    "arrived: name points within the motion",
     "onset-vague": "the first motion is certain to ±{sd} ms only, more than sensor.onset_sd, "
     "{assumed:g} ms: does the travel move before it, by hum or a drift?",
 }
