@@ -5,7 +5,6 @@ from pathlib import Path
 
 import numpy as np
 import torch
-import xarray as xr
 from scipy.stats import norm
 
 from breaker.common.randomness import generator
@@ -17,37 +16,22 @@ from breaker.paper.posterior import Posterior
 from breaker.paper.training import Rows, freeze_inputs, split
 
 PRIOR, SENSOR = defaults()["prior"], defaults()["sensor"] | {"samples": 31}
+SUMMARY = {"kind": "time_series", "features": 12, "components": 8, "channels": [4, 6]}
+SUMMARY |= {"kernels": [5, 3], "strides": [2, 1], "gru_width": 5, "skip": 3, "skip_width": 2}
+SUMMARY |= {"width": 24, "blocks": 1}
 NETWORK = {
-    "summary": {
-        "kind": "time_series",
-        "features": 12,
-        "components": 8,
-        "channels": [4, 6],
-        "kernels": [5, 3],
-        "strides": [2, 1],
-        "gru_width": 5,
-        "skip": 3,
-        "skip_width": 2,
-        "width": 24,
-        "blocks": 1,
-    },
+    "summary": SUMMARY,
     "inference": {"kind": "flow_matching", "width": 24, "blocks": 1},
 }
 COUPLING_FLOW = {"kind": "coupling_flow", "transforms": 3, "bins": 5, "hidden": [10, 12]}
 COMBINATIONS = {
-    inference["kind"]: {"summary": NETWORK["summary"], "inference": inference}
+    inference["kind"]: {"summary": SUMMARY, "inference": inference}
     for inference in (NETWORK["inference"], COUPLING_FLOW)
 }
 
-TRAINING = {
-    "steps": 10,
-    "batch": 16,
-    "optimiser": "muon",
-    "learning_rate": 5e-3,
-    "evaluate_every": 5,
-    "checkpoint_every": 4,
-}
-CONSTANTS = {"warm_up": 0.2, "weight_decay": 0.01, "clip": 1.0, "ema": 0.6}
+TRAINING = {"steps": 10, "batch": 16, "optimiser": "muon", "learning_rate": 5e-3}
+TRAINING |= {"evaluate_every": 5, "checkpoint_every": 4}
+CONSTANTS = {"weight_decay": 0.01, "clip": 1.0, "ema": 0.6}
 
 
 def settings(*, motion="closing", onset=True, network=NETWORK):
@@ -124,16 +108,6 @@ def new_trainer(folder, *, kind=Trainer, seed=1, mark="this one", motion="closin
     )
 
 
-def weights(training):
-    """Copy of all weights and buffers, by name."""
-    return {name: value.clone() for name, value in training.network.state_dict().items()}
-
-
-def same(one, other):
-    """Whether two such copies agree bit for bit."""
-    return all(torch.equal(value, other[name]) for name, value in one.items())
-
-
 def exact_curves(posterior, values):
     """Noise-free curves of values ``(n, q)``, by the mechanism."""
     onset = values[:, 7] if values.shape[1] == 8 else 0.0
@@ -156,18 +130,6 @@ def curved_model(network=NETWORK):
     posterior.density_solver_steps.fill_(3)
     bank = bank_of(posterior, 5, seed=6)
     return posterior, posterior.sensor.corrupt(bank.travel.values, generator(1, "test records"))
-
-
-def operations_of(records, times):
-    """Records ``(n, t)`` in the layout of the reader, all accepted."""
-    n = len(records)
-    data = {
-        "travel": (("operation", "time"), records),
-        "accepted": ("operation", np.ones(n, bool)),
-        "reason": ("operation", np.array([""] * n)),
-        "file": ("operation", [f"close_{k}.csv" for k in range(n)]),
-    }
-    return xr.Dataset(data, coords={"operation": np.arange(n), "time": times})
 
 
 def noise_of(posterior, o, d):

@@ -13,7 +13,6 @@ from breaker.model.parameters import NAMES, Size
 from breaker.model.quantities import (
     SPEEDS,
     Point,
-    Speed,
     check_fact,
     check_quantity,
     quantities_of,
@@ -42,36 +41,34 @@ DEFINED = {
 
 def test_texts_of_points():
     for text in (
-        *("touch", "6 mm before touch", "10 ms after touch", "5 % of stroke", "0 % of stroke"),
-        *("100 % of stroke", "20 mm from open", "15.5 mm from closed"),
-        *("5 ms before 50 % of stroke", "10 ms after 20 mm from open"),
+        *("touch", "6 mm before touch", "10 ms after touch", "0 % of stroke", "20 mm from open"),
+        *("15.5 mm from closed", "5 ms before 50 % of stroke", "10 ms after 20 mm from open"),
     ):
         assert Point.read(text, "closing").text("closing") == text
         assert Point.read(f"  {text.replace(' ', '  ')} ", "closing").text("closing") == text
     for text in (
-        *("", "6 mm", "6 cm before touch", "-6 mm before touch", "separation", "101 % of stroke"),
-        *("6 mm before separation", "6 mm of stroke", "1e3 mm before touch", "touch touch"),
-        *("5 mm from shut", "3 ms", "3 ms before 4 ms after touch"),
+        *("", "6 mm", "6 cm before touch", "-6 mm before touch", "101 % of stroke", "3 ms"),
+        *("6 mm before separation", "1e3 mm before touch", "touch touch"),
     ):
         with pytest.raises(ValueError, match="closing_speed"):
             speeds_of({"closing_speed": [text, "touch"]})
 
 
-def test_wrong_speeds():
-    """Points that are not forward in time, or not two."""
-    for name, points in (
+@pytest.mark.parametrize(
+    ("name", "points"),
+    [
         ("closing_speed", ["touch", "6 mm before touch"]),
         ("closing_speed", ["touch", "touch"]),
-        ("opening_speed", ["9 ms after separation", "8 ms after separation"]),
         ("opening_speed", ["90 % of stroke", "10 % of stroke"]),
-        ("opening_speed", ["10 % from open", "30 % from open"]),
         ("closing_speed", ["9 mm from open", "8 mm from open"]),
         ("closing_speed", ["50 % of stroke", "2 ms before 50 % of stroke"]),
         ("closing_speed", ["touch"]),
         ("closing_speed_b", None),
-    ):
-        with pytest.raises(ValueError, match=name):
-            speeds_of({name: points})
+    ],
+)
+def test_speeds_need_two_points_forward_in_time(name, points):
+    with pytest.raises(ValueError, match=name):
+        speeds_of({name: points})
 
 
 def brute_force(point, curve, switching, rests, motion):
@@ -144,17 +141,14 @@ def test_other_quantities_are_those_of_dense_curves(dense, prior):
 @pytest.mark.parametrize(
     ("motion", "change", "missing"),
     [
-        # At rest at f / k_a = 8 mm, short of the gap.
-        ("closing", {"f": 8 * 0.045}, [1, 2, 3]),
+        ("closing", {"f": 8 * 0.045}, [1, 2, 3]),  # at rest at f / k_a = 8 mm, short of the gap
         # It swings to the gap, but there is no closed position to travel beyond, or to open from.
         ("closing", {"f": 0.44}, [3]),
         ("opening", {"f": 0.44}, [1, 2, 3]),
         # At 5.6 mm at the touch; at 5.3 mm at the separation, and then 0.6 mm beyond 0: never 6 mm.
         ("closing", {"L": 3.0}, [2]),
         ("opening", {"L": 2.0}, [2]),
-        # With 1 mm more of gap it travels them.
         ("closing", {"L": 4.0}, []),
-        ("opening", {"L": 3.0}, []),
         # So slow that at 60 ms it is millimetres from rest, on its way there.
         ("closing", {"gamma_a": 2.5}, [3]),
         ("opening", {"gamma_a": 2.5}, [3]),
@@ -186,7 +180,6 @@ def test_quantities_scale_with_the_drive(prior, motion, size):
     assert known.mean() > 0.97
     rtol = 0.0 if size.lengths == 4.0 else 2e-3
     np.testing.assert_allclose(there[known], expected[known], rtol=rtol, atol=rtol * size.lengths)
-    np.testing.assert_array_equal(there, evaluate(names, theta * size.factors, motion, sized))
 
 
 def test_either_rest_counts():
@@ -197,34 +190,26 @@ def test_either_rest_counts():
     }.items():
         assert {Point.read(text, motion) for text in texts} == {Point(30.0, "%")}
     assert Point.read("0 mm from closed", "closing") == Point(100.0, "%")
+
+
+def test_usual_speeds_grow_with_the_drive_and_given_ones_do_not():
+    size, given = Size(lengths=1.2345, times=3.0), ["12 mm before touch", "touch"]
     sized = Point.read("4 ms after 6 mm from closed", "closing").sized(Size(2.0, 3.0))
     assert sized.text("closing") == "12 ms after 12 mm from closed"
-    # Usual speeds grow with the drive, given ones do not.
-    closing, opening = speeds_of({"opening_speed": None}, Size(lengths=1.2345, times=3.0))
+    closing, opening = speeds_of({"opening_speed": None}, size)
     assert closing.points == ["7.4 mm before touch", "touch"]
     assert opening.points == ["separation", "7.4 mm after separation"]
-    given = Speed.read("closing_speed", ["12 mm before touch", "touch"])
-    assert speeds_of({"closing_speed": given.points}, Size(9.0, 1.0))[0] == given
-
-
-# ---- names and facts ---------------------------------------------------------------------------
+    assert speeds_of({"closing_speed": given}, size)[0].points == given
 
 
 def test_names_of_each_source():
     for motion, names in (("closing", CLOSING), ("opening", OPENING)):
         assert not any(check_quantity(name, motion) for name in (*NAMES, *names))
-        assert not any(check_quantity(name, motion, of="change") for name in NAMES)
+        assert check_quantity("f", motion, of="change") is None
         assert check_quantity("reaction_time", motion, of="record") is None
-    for wrong in (
-        ("touch_time", "opening"),
-        ("speed", "closing"),
-        ("stroke", "closing", (), "change"),
-    ):
-        assert wrong[0] in check_quantity(*wrong)
+    assert "touch_time" in check_quantity("touch_time", "opening")
+    assert "stroke" in check_quantity("stroke", "closing", (), "change")
     assert "spring_compression" in check_quantity("spring_compression", "closing", of="record")
-
-
-def test_known_values():
     assert check_fact(13.0, 0.1) is None
     assert all(check_fact(*wrong) for wrong in ((-13.0, 0.1), (13.0, 0.0), (13.0, 0.001)))
 

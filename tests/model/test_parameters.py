@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from breaker.model.equations import closed_rest, own_time, pressed, spring_compression
-from breaker.model.parameters import NAMES, PARAMETERS, Size, is_logarithmic, powers
+from breaker.model.parameters import NAMES, PARAMETERS, Size, powers
 from breaker.model.quantities import QUANTITIES
 
 
@@ -13,11 +13,6 @@ def test_order_and_units():
     assert NAMES == ("mu", "k_a", "k_b", "gamma_a", "gamma_b", "f", "L")
     units = ("1", "1/ms²", "1/ms²", "1/ms", "1/ms", "mm/ms²", "mm")
     assert tuple(parameter.unit for parameter in PARAMETERS) == units
-    assert [item.worse for item in PARAMETERS] == [0, -1, -1, 1, 1, -1, 1]
-
-
-def test_scale_of_the_outputs():
-    assert is_logarithmic([*NAMES, "onset"]).tolist() == [True] * 7 + [False]
 
 
 def test_drives_that_stay_pressed_are_a_half_space_of_the_standardised_prior(prior):
@@ -31,7 +26,6 @@ def test_drives_that_stay_pressed_are_a_half_space_of_the_standardised_prior(pri
 
 
 def test_factors_follow_from_units():
-    """That curves scale with them is tested by the quantities read from these."""
     size = Size(2.0, 4.0)
     assert [size.factor(unit) for unit in ("1", "mm", "ms", "mm/ms²")] == [1, 2, 4, 0.125]
     assert all(size.factor(quantity.unit) > 0 for quantity in QUANTITIES.values())

@@ -1,14 +1,15 @@
 """The sensor's errors against its covariance, in matrices written out."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from scipy.linalg import sqrtm
-from scipy.stats import multivariate_normal, norm
+from scipy.stats import multivariate_normal
 
 from breaker.common.randomness import generator
-from breaker.model.sensor import Sensor, grid
+from breaker.model.sensor import Sensor
 from tests.model.laws import covariance, covariance_p_value
 
 SAMPLES = 12
@@ -34,7 +35,9 @@ def test_corrupted_records_have_the_covariance(small, records):
     assert covariance_p_value(measured - exact, covariance(small)) > 1e-3
 
 
-def test_density_and_whitening_are_those_of_the_covariance(small, records):
+@pytest.mark.parametrize("zero_sd", [0.1, 0.0])
+def test_density_and_whitening_are_those_of_the_covariance(small, records, zero_sd):
+    small = replace(small, zero_sd=zero_sd)
     errors = covariance(small)
     root = np.linalg.inv(sqrtm(errors))
     np.testing.assert_allclose(small.whiten(np.eye(SAMPLES)), root, atol=1e-12)
@@ -47,24 +50,18 @@ def test_density_and_whitening_are_those_of_the_covariance(small, records):
     np.testing.assert_allclose(small.chi_square(measured, exact), expected, rtol=1e-11)
 
 
-class Given:
-    """Generator whose normal numbers are given."""
-
-    def __init__(self, number):
-        self.number = number
-
-    def standard_normal(self, shape):
-        return np.full(shape, self.number)
+GIVEN = SimpleNamespace(standard_normal=np.ones)  # generator whose numbers are all 1
 
 
-def test_zero_given_a_record(small, records):
-    """The normal conditional in matrices."""
+@pytest.mark.parametrize("zero_sd", [0.1, 0.0])
+def test_zero_given_a_record(small, records, zero_sd):
+    """The normal conditional in matrices, one sd above its mean."""
     exact, measured = records
-    cross = small.zero_sd**2 * np.linalg.solve(covariance(small), np.ones(SAMPLES))
-    mean, sd = (measured - exact) @ cross, np.sqrt(small.zero_sd**2 * (1 - cross.sum()))
-    for z in (0.0, 1.0):
-        drawn = small.sample_shared(measured, exact, Given(z))
-        np.testing.assert_allclose(drawn[:, 0], mean + z * sd, rtol=1e-9)
+    small = replace(small, zero_sd=zero_sd)
+    cross = zero_sd**2 * np.linalg.solve(covariance(small), np.ones(SAMPLES))
+    expected = (measured - exact) @ cross + np.sqrt(zero_sd**2 * (1 - cross.sum()))
+    drawn = small.sample_shared(measured, exact, GIVEN)
+    np.testing.assert_allclose(drawn[:, 0], expected, rtol=1e-9)
 
 
 def test_missing_samples_are_left_out(small, records):
@@ -73,28 +70,13 @@ def test_missing_samples_are_left_out(small, records):
     rng = generator(1, "test", "missing")
     measured[rng.random(measured.shape) < 0.3] = np.nan
     density, square = small.log_likelihood(measured, exact), small.chi_square(measured, exact)
-    zeros = small.sample_shared(measured, exact, Given(1.0))
+    zeros = small.sample_shared(measured, exact, GIVEN)
     for i, record in enumerate(measured):
         there = ~np.isnan(record)
         shorter = record[there], exact[i][there]
         assert density[i] == pytest.approx(small.log_likelihood(*shorter), rel=1e-12)
         assert square[i] == pytest.approx(small.chi_square(*shorter), rel=1e-12)
-        assert zeros[i] == pytest.approx(small.sample_shared(*shorter, Given(1.0)), rel=1e-12)
-
-
-def test_without_zero(small, records):
-    exact, measured = records
-    none = replace(small, zero_sd=0.0)
-    assert np.all(none.sample_shared(measured, exact, generator(1, "test", "none")) == 0)
-    expected = norm.logpdf(measured - exact, scale=0.2).sum(axis=1)
-    np.testing.assert_allclose(none.log_likelihood(measured, exact), expected, rtol=1e-12)
-
-
-def test_grid(sensor):
-    assert len(sensor.times) == sensor.samples == 151
-    assert (sensor.times[0], sensor.times[-1]) == (-2.0, 58.0)
-    np.testing.assert_allclose(np.diff(sensor.times), 0.4)
-    np.testing.assert_array_equal(grid(-2.0, 58.0, 151), sensor.times)
+        assert zeros[i] == pytest.approx(small.sample_shared(*shorter, GIVEN), rel=1e-12)
 
 
 def test_wrong_settings_are_refused(sensor):

@@ -35,20 +35,17 @@ def test_content(shard, sensor, motion, monkeypatch):
     """Also where it is made in several blocks."""
     monkeypatch.setattr(curves, "_ROWS", 20)
     bank = shard(motion=motion)
-    assert bank.sizes == {"curve": 64, "time": 151, "parameter": 7}
+    assert bank.parameter.values.tolist() == list(NAMES)
     theta, onset = bank.parameters.values, bank.onset.values
     expected = travel(theta, sensor.times, motion, onset=onset)
     np.testing.assert_array_equal(bank.travel, expected.travel.astype(np.float32))
     assert np.all(Prior.supported(theta))
 
 
-def test_a_bank_follows_from_its_seed_and_names_its_units(shard):
+def test_a_bank_follows_from_its_seed(shard):
     one, again, other = shard(), shard(), shard(seed=2)
     xr.testing.assert_identical(one, again)
     assert not np.any(one.travel[:, -1] == other.travel[:, -1])
-    assert (one.travel.dtype, one.parameters.dtype) == (np.float32, np.float64)
-    assert (one.travel.unit, one.time.unit, one.onset.unit) == ("mm", "ms", "ms")
-    assert one.parameter.values.tolist() == list(NAMES)
 
 
 def test_shards_keep_their_order_and_have_to_fit(shard, tmp_path):

@@ -13,7 +13,6 @@ from breaker.paper.calibration import (
     ecdf_difference,
     family_p_value,
     judge_ranks,
-    ranks,
     simultaneous_band,
 )
 
@@ -50,7 +49,7 @@ def test_p_values_are_exact():
         assert reached == pytest.approx(p, rel=1e-10)
 
 
-@pytest.mark.parametrize(("n", "draws"), [(1000, 100), (200, 399)])
+@pytest.mark.parametrize(("n", "draws"), [(1000, 100), (200, 199)])
 def test_band_has_the_false_alarm_rate_it_states(n, draws):
     band = simultaneous_band(n, draws, alpha=0.05, panels=1)
     assert 0.045 < band.false_alarm <= 0.05  # what one count is worth
@@ -74,13 +73,3 @@ def test_band_and_p_value_give_the_same_judge_ranks(alpha):
     assert np.array_equal(judged.outside, leaves(columns, draws, judged.band))
     assert judged.outside.any()
     assert not judged.outside.all()
-
-
-def test_unusable_input_is_refused():
-    for draws, truth, words in (
-        (np.zeros((3, 5, 2)), np.zeros((3, 1)), "do not fit"),
-        (np.full((3, 5, 1), np.nan), np.zeros((3, 1)), "15 of 15 values of draws"),
-        (np.zeros((3, 5, 1)), np.full((3, 1), np.inf), "3 of 3 values of truth"),
-    ):
-        with pytest.raises(ValueError, match=words):
-            ranks(draws, truth)

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.stats import kstest, multivariate_t, norm, ortho_group, t
+from scipy.stats import multivariate_t, ortho_group
 
 from breaker.common.randomness import generator
 from breaker.paper.correction import TriangularMap, importance
@@ -22,41 +22,23 @@ def bent(n, q, rng):
     return z @ turn + np.arange(q)
 
 
-# ---- density and draws of one map ----------------------------------------------------------------
-
-
 class Given:
     """Generator whose normal numbers ``(n, q)`` are given, and whose Student-t is then normal."""
 
     def __init__(self, noise):
-        self.noise = noise
-
-    def standard_normal(self, shape):
-        assert shape == self.noise.T.shape
-        return self.noise.T.copy()
-
-    def chisquare(self, freedom, n):
-        assert freedom == FREEDOM
-        return np.full(n, float(freedom))
+        self.standard_normal = lambda shape: noise.T.reshape(shape).copy()
+        self.chisquare = lambda freedom, n: np.full(n, freedom)
 
 
-def change_of_variables(chosen, noise):
-    """Log density at the images of noise ``(n, q)``, by central differences, and the images.
-
-    The map is a polynomial of round 1 in noise of round 1: a step of 1e-5 leaves 1e-10 of its
-    third derivative, and round-off of 1e-11.
-    """
-    n, q = noise.shape
-    step = 1e-5
-    jacobian = np.empty((n, q, q))
-    for j in range(q):
-        up, down = noise.copy(), noise.copy()
-        up[:, j] += step
-        down[:, j] -= step
-        difference = chosen.sample(n, Given(up)) - chosen.sample(n, Given(down))
-        jacobian[:, :, j] = difference / (2 * step)
+def change_of_variables(chosen, noise, step=1e-5):
+    """Log density at the images of noise ``(n, q)``, by central differences, and the images."""
+    (n, q), images = noise.shape, []
+    for off in step * np.vstack([np.eye(q), -np.eye(q)]):
+        images.append(chosen.sample(n, Given(noise + off)))
+    jacobian = (np.array(images[:q]) - images[q:]) / (2 * step)
     base = multivariate_t(np.zeros(q), np.eye(q), FREEDOM).logpdf(noise)
-    return base - np.linalg.slogdet(jacobian)[1], chosen.sample(n, Given(noise))
+    slope = np.linalg.slogdet(jacobian.swapaxes(0, 1))[1]
+    return base - slope, chosen.sample(n, Given(noise))
 
 
 @pytest.mark.parametrize("q", [1, 8])
@@ -66,22 +48,6 @@ def test_density_is_the_change_of_variables_of_the_draws(q):
     expected, points = change_of_variables(chosen, noise)
     np.testing.assert_allclose(chosen.log_prob(points), expected, atol=1e-6)
 
-
-def test_noise_is_a_student_t_of_one_spread():
-    """Without axes or bends. All q together: false alarm 1e-3."""
-    q, n = 8, 20_000
-    plain = TriangularMap(np.zeros(q), np.eye(q), np.zeros((q, 36)), np.ones(q))
-    noise = plain.sample(n, generator(1, "test transport", "directions", q))
-    assert min(kstest(column, t(FREEDOM).cdf).pvalue for column in noise.T) * q > 1e-3
-    # Uncorrelated, by signs, whose products have a variance of 1, however heavy the tails; and
-    # sharing one spread: sizes are correlated.
-    signs, pairs = np.sign(noise), np.triu_indices(q, 1)
-    correlation = (signs.T @ signs / n)[pairs]
-    assert np.max(np.abs(correlation)) * n**0.5 < norm.isf(1e-3 / 2 / correlation.size)
-    assert np.min(np.corrcoef(np.abs(noise.T))[pairs]) > 0.05
-
-
-# ---- fit -----------------------------------------------------------------------------------------
 
 BANANA = Banana(0.5, 0.25)
 # Of weights to a standard normal in four dimensions: 1 / E[p^2 / q], by its radial integral.
@@ -101,10 +67,6 @@ def test_a_bent_density_is_recovered():
     weights /= weights.sum()
     chosen = TriangularMap.fit(draws, weights)
     assert 0.9 * BEST_EFFICIENCY < efficiency(chosen) < 1.02 * BEST_EFFICIENCY
-    # The widest first: the other way round the bend is no function.
-    spreads = np.linalg.norm(chosen.axes, axis=0)
-    assert np.all(np.diff(spreads) < 0)
-    np.testing.assert_allclose(chosen.axes.T @ chosen.axes, np.diag(spreads**2), atol=1e-12)
     # Planted fault: no functions, a plain Student-t of the right moments.
     straight = replace(chosen, coefficients=0 * chosen.coefficients, scales=np.ones(4))
     assert efficiency(straight) < 0.5 * BEST_EFFICIENCY

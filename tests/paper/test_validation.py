@@ -76,24 +76,29 @@ def test_draws_that_are_all_the_same_have_no_score():
     draws = data.draws.values.copy()
     draws[:3] = draws[:3, :1]
     assert with_width(data.assign(draws=(data.draws.dims, draws))).sizes["curve"] == N - 3
-    for faulty, words in ((draws[:3], "no width"), (-draws[3:6], "must be positive")):
+    for faulty, words in (
+        (draws[:3], "no width"),
+        (-draws[3:6], "must be positive"),
+        (draws[:3, :, :2], "do not fit"),
+        (np.nan * draws[:3], "1791 of 1791 values of draws"),
+    ):
         with pytest.raises(ValueError, match=words):
             scores(faulty, data.truth.values[:3], **SCALE)
 
 
 def test_recovery():
+    """The posterior mean correlates with the truth by the root of the contraction: 4.5 sd of its
+    Fisher transform.
+    """
     data = validation()
     draws, truth = data.draws.values, data.truth.values
     summary = recovery(draws, truth)
     np.testing.assert_array_equal(summary.median, np.median(draws, axis=1))
-    # Correlation of the posterior mean with the truth is the root of the contraction where the
-    # output is normal. 4.5 sd of its Fisher transform.
     error = np.arctanh(summary.correlation[2]) - np.arctanh(np.sqrt(CONTRACTION[2]))
     assert abs(error) < 4.5 / np.sqrt(N) + 0.02
     low, high = np.moveaxis(summary.interval_95, -1, 0)
     inside = np.mean((low <= truth) & (truth <= high), axis=0)
     np.testing.assert_allclose(summary.covered_95, inside, atol=2 / D)
-    np.testing.assert_allclose(summary.covered_50, 0.5, atol=4.5 * np.sqrt(0.25 / N) + 1 / D)
 
 
 def test_the_band_of_the_prior_contains_95_percent_at_each_time():
@@ -135,20 +140,14 @@ def test_posteriors_of_a_family(fault):
 
 
 def test_posteriors_are_compared_in_units_of_the_corrected_one():
-    """By hand: an odd number of evenly spaced draws, whose median and quantiles are known."""
     line = np.linspace(-1.0, 1.0, 201)
     sd = line.std(ddof=1)
     corrected = np.stack([np.exp(3.0 + line), 0.3 + line], axis=1)
     amortised = np.stack([np.exp(3.5 + 2 * line), line], axis=1)
     result = compare(amortised, corrected, np.array([np.exp(2.0), 0.3]), ["mu", "onset"])
-    expected = {
-        "amortised": ([0.5, -0.3], [[-0.5, 1.5], [-0.8, 0.2]], [[-1.4, 2.4], [-1.25, 0.65]]),
-        "corrected": ([0.0, 0.0], [[-0.5, 0.5]] * 2, [[-0.95, 0.95]] * 2),
-    }
-    for posterior, values in expected.items():
-        one = result.sel(posterior=posterior)
-        for name, value in zip(("median", "interval_50", "interval_95"), values, strict=True):
-            np.testing.assert_allclose(one[name], np.array(value) / sd, atol=1e-12)
+    np.testing.assert_allclose(result["median"], [[0.5 / sd, -0.3 / sd], [0.0, 0.0]], atol=1e-12)
+    ends = [[[-1.4, 2.4], [-1.25, 0.65]], [[-0.95, 0.95]] * 2]
+    np.testing.assert_allclose(result.interval_95, np.array(ends) / sd, atol=1e-12)
     np.testing.assert_allclose(result.truth, [-1.0 / sd, 0.0], atol=1e-12)
 
 
@@ -158,18 +157,14 @@ def test_examples_are_the_lowest_median_and_highest():
     judged["efficiency"] = ("curve", [0.5, 0.9, np.nan, 0.1, 0.7, 0.95, 0.6, 0.05, 0.99])
     corrected.draws[8] = np.nan
     corrected.draws[7] = corrected.draws[7, :1]  # one draw again and again
-    corrected.resolved[3] = False
-    judged["resolved"] = corrected.resolved[:9]
+    judged.resolved[3] = False
     result = examples(judged, amortised, corrected)
     assert result.place.values.tolist() == ["lowest", "median", "highest"]
     assert result.curve.values.tolist() == [3, 6, 5]  # of 3 0 6 4 1 5, the lower of the middle two
-    assert result.efficiency.values.tolist() == [0.1, 0.6, 0.95]
     assert result.resolved.values.tolist() == [False, True, True]
     draws = [item.draws.values[6] for item in (amortised, corrected)]
     alone = compare(*draws, amortised.truth.values[6], NAMES)
     xr.testing.assert_allclose(result.isel(example=1)[list(alone)], alone)
-    judged["efficiency"] = np.nan * judged.efficiency
-    assert examples(judged, amortised, corrected).sizes["example"] == 0
 
 
 def test_reached_is_sorted_by_the_limit():

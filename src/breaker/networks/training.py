@@ -279,6 +279,8 @@ def fingerprint(settings: Mapping, code: Sequence[str | Path]) -> str:
 
 # ---- training ----
 
+# Share of the steps in which the learning rate rises, as the first means of gradients are noisy.
+_WARM_UP = 0.03
 # Attributes of a training in its checkpoint.
 _NUMBERS = ("step", "best_step", "best_loss", "losses", "evaluations")
 _WEIGHTS = ("weights", "means", "best")
@@ -297,8 +299,6 @@ class Trainer:
             ``checkpoint_every``.
         seed: Seed of the configuration.
         checkpoint: File of the state; None for a short training without one.
-        warm_up: Share of the steps in which the learning rate rises, because the first averages
-            of the gradient are noisy.
         weight_decay: Decoupled weight decay. Batches with new noise need none.
         clip: Largest norm of the gradient. The default acts only on extreme batches; smaller norms
             lower the held-out log density of the paper's networks by 0.03 nats.
@@ -312,7 +312,6 @@ class Trainer:
     settings: Mapping
     seed: int
     checkpoint: Checkpoint | None = None
-    warm_up: float = 0.03
     weight_decay: float = 0.0
     clip: float = 1000.0
     ema: float = 0.999
@@ -372,7 +371,7 @@ class Trainer:
     def learning_rate(self, step: int) -> float:
         """Return the learning rate of a step, counted from 0: linear warm-up times a cosine."""
         total = self.settings["steps"]
-        warm_up = max(1.0, self.warm_up * total)
+        warm_up = max(1.0, _WARM_UP * total)
         cosine = 0.5 * (1.0 + math.cos(math.pi * step / total))
         return self.settings["learning_rate"] * min(1.0, (step + 1) / warm_up) * cosine
 
