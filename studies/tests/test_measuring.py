@@ -7,10 +7,10 @@ from scipy.stats import chi2
 from breaker.common.randomness import generator
 from breaker.configuration.definitions import family_of
 from breaker.family.drive_family import Family
+from breaker.family.rich_drive import Drive, Elements
 from breaker.model.evaluation import evaluate
 from breaker.model.parameters import MOTIONS, Size
 from breaker.model.quantities import quantities_of, speeds_of
-from breaker.shipped import HELD_BACK
 from studies.measuring import measure_drives, own_quantities
 
 SPEEDS = speeds_of(
@@ -24,14 +24,14 @@ SPEEDS = speeds_of(
 
 @pytest.fixture
 def family(prior, defaults):
-    return Family(prior, family_of(HELD_BACK))
+    return Family(prior, family_of("medium_voltage"))
 
 
 @pytest.mark.parametrize("motion", MOTIONS)
 def test_own_quantities_of_a_drive_of_the_model(prior, defaults, motion):
     """Read from its motion, integrated in steps, they are those of the exact curve."""
-    family = Family(prior, {**family_of(HELD_BACK), "strength": 0.0})
-    drive = family.new(generator(1, "test", "own", motion)).scaled(Size(3.0, 2.0))
+    theta = prior.sample(1, generator(1, "test", "own", motion))[0].tolist()
+    drive = Drive(tuple(theta), Elements()).scaled(Size(3.0, 2.0))
     speeds = tuple(speed.sized(Size(3.0, 2.0)) for speed in SPEEDS)
     own = own_quantities(drive, motion, speeds)
     exact = evaluate(list(own), np.array([drive.theta]), motion, speeds)[0]

@@ -21,7 +21,6 @@ from breaker.model.parameters import MOTIONS, NAMES, UNIT, Size
 from breaker.model.prior import Prior
 from breaker.records.curves import Grid, read_curves
 from breaker.records.folder import list_operations
-from breaker.shipped import HELD_BACK
 
 USUAL = np.array([0.2, 0.15, 0.2, 0.2, 0.4, 0.1, 0.05])
 HEAD = "file,motion,operation,breaker"
@@ -42,7 +41,7 @@ def type_of(prior, rng, off=0.7):
 
 def breakers_of(drawn, count, rng):
     """Drives of a type, each with what the model lacks on top."""
-    family = Family(drawn, family_of(HELD_BACK))
+    family = Family(drawn, family_of("medium_voltage"))
     return [family.new(rng) for _ in range(count)]
 
 

@@ -19,7 +19,6 @@ from breaker.records.checks import (
 from breaker.records.measurements import measure_curve
 from breaker.records.motion import find_segment
 from breaker.records.rejections import UnusableError
-from breaker.shipped import HELD_BACK
 from tests.raws import swinging
 
 STROKES = [4.0, 14.0, 150.0, 1000.0]
@@ -49,9 +48,7 @@ def test_no_sample_of_a_good_record_is_masked(prior, defaults, rate, motion):
     """Of 250 records of the model and 25 of drives with bounces, dampers and an elastic linkage,
     of strokes from 4 to 150 mm, white noise or none, coarse or fine.
     """
-    foreign = {"force_fall": [0.0, 0.15], "drag": [0.005, 0.05], "linkage": [0.5, 2.0]}
-    rigs = family_of(HELD_BACK)
-    family = Family(prior, rigs | {"effects": rigs["effects"] | foreign})
+    family = Family(prior, family_of("medium_voltage"))
     rng, masked = generator(1, "doubtful", motion, str(rate)), 0
     time = np.arange(0.0, 76.0, 1.0 / rate)
     onset = 10.0 + rng.random(250)

@@ -32,7 +32,7 @@ from breaker.model.sensor import Sensor
 from breaker.records.files import printable
 from breaker.records.folder import list_fleet
 from breaker.records.operations import Operation
-from breaker.shipped import HELD_BACK
+from breaker.shipped import FAMILIES
 
 _LEAST_SPREAD = 0.1  # expected spread of a type, in log-sds of the prior of all drives
 _KNOWN = 4.0  # weight of an expected variance, in drives or operations
@@ -153,7 +153,7 @@ class TypePrior:
     @cached_property
     def prior(self) -> Prior:
         """Prior of the type, widened by uniformly distributed wear."""
-        change = family_of(HELD_BACK)["wear"]["change"]
+        change = family_of(FAMILIES[0])["wear"]["change"]
         ends = np.log1p([change.get(name, (0.0, 0.0)) for name in NAMES])
         log_sds = np.hypot(self.drawn.log_sds, np.ptp(ends, axis=1) / np.sqrt(12.0))
         return Prior(self.drawn.medians, np.minimum(log_sds, WIDEST))

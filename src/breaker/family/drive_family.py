@@ -1,11 +1,10 @@
 """A family of drives that the model does not fit: ranges of additional effects, and of wear.
 
 A drive has the seven parameters, a draw of the prior, and additional effects, drawn from their
-ranges. A draw whose drive has no closed position is repeated. A worn drive has changes of a few
-parameters and effects, as shares of their values in new condition.
-
-In a family for training, each effect is present or absent, with its own strength. The number of
-effects of a drive is uniform, from none, as in the model, to all of them.
+ranges. Each effect is present or absent, with its own strength. The number of effects of a drive is
+uniform, from none, as in the model, to all of them. A draw whose drive has no closed position is
+repeated. A worn drive has changes of a few parameters and effects, as shares of their values in new
+condition.
 """
 
 from collections.abc import Mapping, Sequence
@@ -41,8 +40,7 @@ class Family:
         Raises:
             RuntimeError: If no drive of the family has a closed position.
         """
-        kinds = self.settings.get("contacts")
-        contact = _chosen(kinds, CONTACTS, rng) if kinds else ""
+        contact = _chosen(self.settings["contacts"], CONTACTS, rng)
         for _ in range(TRIES):
             if (drive := self._proposed(contact, rng)) is not None:
                 return drive
@@ -50,57 +48,44 @@ class Family:
         raise RuntimeError(f"{why} or the strength in its file")
 
     def _proposed(self, contact: str, rng: np.random.Generator) -> Drive | None:
-        """Draw a drive with a contact, "" if the family has one kind; None if it does not work."""
+        """Draw a drive with a kind of contact; return None if it does not work."""
         theta = tuple(self.prior.sample(1, rng)[0].tolist())
         elements = _draw_all(self.settings["effects"], Elements, rng)
-        drive = Drive(theta, elements.scaled(self._strength(rng)))
-        if contact:
-            preload = float(rng.uniform(*self.settings["held_preload"]))
-            if contact == "held":
-                drive = drive.changed(contact_preload=preload * drive.value(FORCE.name))
-            drive = drive.changed(contact=contact)
+        (low, high), n = self.settings["strength"], len(SIZES)
+        present, size = rng.random() > rng.random(n), rng.triangular(low, low, high, n)
+        strength = dict(zip(SIZES, (present * size).tolist(), strict=True))  # 0: absent
+        drive = Drive(theta, elements.scaled(strength)).changed(contact=contact)
+        preload = float(rng.uniform(*self.settings["held_preload"]))
+        if contact == "held":
+            drive = drive.changed(contact_preload=preload * drive.value(FORCE.name))
         if contact == "sliding" and drive.holds:
             low, high = self.settings["touch"]
             touch = drive.value(GAP.name) / drive.travel("opening", np.zeros(1))[0]
             return drive if low <= touch <= high else None
         return drive if drive.holds else None
 
-    def _strength(self, rng: np.random.Generator) -> dict[str, float]:
-        """Draw the strength of each effect, 0 if it is absent; or return one strength for all."""
-        strength = self.settings["strength"]
-        if not isinstance(strength, Sequence):
-            return dict.fromkeys(SIZES, strength)
-        (low, high), n = strength, len(SIZES)
-        present, size = rng.random() > rng.random(n), rng.triangular(low, low, high, n)
-        return dict(zip(SIZES, (present * size).tolist(), strict=True))
-
-    def worn(self, drive: Drive, rng: np.random.Generator, kind: str = "") -> Drive:
-        """Draw a worn condition of a drive that is still in the prior's support.
+    def worn(self, drive: Drive, rng: np.random.Generator, kind: str) -> Drive:
+        """Draw a worn condition of a drive, of a kind of ``WEAR``, still in the prior's support.
 
         Raises:
             RuntimeError: If no worn condition has a closed position.
         """
         for _ in range(TRIES):
-            wear = self.wear(rng, kind).items()
+            wear = self._wear(rng, kind).items()
             worn = drive.changed(**{n: drive.value(n) * (1.0 + share) for n, share in wear})
             if worn.holds and self.prior.supported(np.array(worn.theta)):
                 return worn
         why = f"in none of {TRIES} worn conditions does a drive hold a closed position; narrow the"
         raise RuntimeError(f"{why} ranges of wear in the file of the family: {drive}")
 
-    def wear(self, rng: np.random.Generator, kind: str = "") -> dict[str, float]:
-        """Draw wear, shares of values in new condition by name; of a kind of ``WEAR`` if the family
-        has several.
-        """
+    def _wear(self, rng: np.random.Generator, kind: str) -> dict[str, float]:
+        """Draw wear of a kind, shares of values in new condition by name."""
         wear, chosen = self.settings["wear"], []
-        counts = wear["kinds"][kind] if kind else wear
         for part in ("parameters", "elements"):
             names = sorted(n for n in wear["change"] if (n in NAMES) == (part == "parameters"))
-            count = rng.integers(*counts[part], endpoint=True)
+            count = rng.integers(*wear["kinds"][kind][part], endpoint=True)
             chosen += rng.choice(names, size=count, replace=False).tolist() if count else []
-        if kind:
-            return {n: _small(wear["change"][n], wear["smallest"], rng) for n in chosen}
-        return {name: _draw(wear["change"][name], rng) for name in chosen}
+        return {n: _small(wear["change"][n], wear["smallest"], rng) for n in chosen}
 
     def kind_of_wear(self, rng: np.random.Generator) -> str:
         """Draw one of ``WEAR``."""

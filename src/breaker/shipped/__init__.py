@@ -11,7 +11,6 @@ _HERE = Path(__file__).parent
 CARD = _HERE / "MODEL_CARD.md"  # what the models are, for whom, and how good
 ADVICE = _HERE / "advice.yaml"  # where to look first, by quantity
 SIMULATED_TEST = _HERE / "simulated_test.yaml"  # drive, wear and sensor of this endurance test
-HELD_BACK = "held_back"  # the family that no network is trained on
 FAMILIES = ("medium_voltage", "any")  # families of drives, in the order in which they are tried
 KINDS = ("levels", "changes")  # networks of each
 
