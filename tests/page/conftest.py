@@ -22,34 +22,44 @@ REFUSED = 422
 
 
 class Views:
-    """What views answer without a server: text, what JSON holds, or an error's status."""
+    """Answers of views without a server, or the status of an error."""
 
     def __init__(self, folder, own, *overlays):
         self.types, config = own / "types.yaml", settings_of([*map(str, overlays)])
         limits = limits_of(config, overlays)
         self.session = Session(str(folder), config, limits, types=str(self.types))
 
-    def __call__(self, path, body=None):
+    def __call__(self, path, **form):
         name, _, query = path[1:].partition("?")
-        asked = Asked(self.session, parse_qs(query, keep_blank_values=True), body)
+        fields = {key: [value] for key, value in form.items()}
+        asked = Asked(self.session, parse_qs(query, keep_blank_values=True), fields)
         try:
-            answer = VIEWS["GET" if body is None else "POST", name](asked)
+            return VIEWS["POST" if form else "GET", name](asked)
         except (ValueError, OSError) as error:
             return getattr(error, "status", REFUSED)
-        return json.loads(json.dumps(answer)) if isinstance(answer, dict) else answer
 
-    def set(self, of_type, key, *ends):
-        return self("/set", json.dumps({"type": of_type, "key": key, "ends": ends}).encode())
+    def set(self, of_type, quantity, low="", high=""):
+        return self("/set?file=line.csv", type=of_type, quantity=quantity, low=low, high=high)
 
-    def listed(self):
-        """The list, once all its files have been looked into."""
-        while not re.search(r'data-seen="(\d+)" data-count="\1"', text := self("/?look=1")):
-            pass
-        return text
+    def motions(self, query):
+        """Data of the plots of an inspection, one for each motion."""
+        page = self(f"/inspection?{query}")
+        return json.loads(re.search('id="data">(.*?)</script>', page)[1])
+
+    def curves(self, query, motion=0):
+        """Times and values of the curves of a motion, by phase and name."""
+        panels = self.motions(query)[motion]["panels"]
+        result = [curve for panel in panels for curve in panel["curves"]]
+        return {
+            f"{curve['phase']} {curve['name']}": {
+                axis: np.array(curve[axis], dtype=float) for axis in "xy"
+            }
+            for curve in result
+        }
 
 
 class Page:
-    """A page by the address that a command prints, asked as a browser asks, unless told else."""
+    """A page by the address that a command prints, asked as by a browser by default."""
 
     def __init__(self, address):
         self.port, self.token = re.search(rf"http://{HOST}:(\d+)/\?token=(\S+)", address).groups()
@@ -65,7 +75,11 @@ class Page:
         return SimpleNamespace(status=got.status, headers=got.headers, text=text)
 
     def post(self, path, body, **headers):
-        return self.get(path, "POST", body, Origin=self.origin, **headers)
+        headers = {"Origin": self.origin, **headers}
+        return self.get(path, "POST", body, **headers, Content_Type=FORM)
+
+
+FORM = "application/x-www-form-urlencoded"
 
 
 @pytest.fixture
@@ -95,7 +109,7 @@ def line(path, header="time (ms),travel (mm)", spike=0.0):
 
 @pytest.fixture(scope="package")
 def folder(tmp_path_factory):
-    """Exports of two breakers and others, beside a configuration of few draws."""
+    """Exports of two breakers and others, next to a configuration of few draws."""
     place = tmp_path_factory.mktemp("page")
     curves = place / "curves"
     curves.mkdir()

@@ -1,4 +1,4 @@
-"""`breaker view` over HTTP: whom it answers, and what changes while it is shown."""
+"""`breaker view` over HTTP: whom it answers, and what changes while it runs."""
 
 import asyncio
 import re
@@ -9,11 +9,11 @@ import pytest
 
 from breaker.cli import main
 from breaker.page.server import HOST, POLICY, PageServer
-from tests.page.conftest import Page, Views, line
+from tests.page.conftest import FORM, Page, Views, line
 
 LINE = "file=line.csv"
-LIMIT = '{"type": "T", "key": "limits.closing stroke", "ends": ["1", "2"]}'
-PAGES = ("/", f"/inspection?{LINE}", f"/values?{LINE}", f"/curves?{LINE}&tab=0", "/static/page.js")
+LIMIT = "type=T&quantity=closing+stroke&low=50&high=60"
+PAGES = ("/", f"/inspection?{LINE}", f"/verdict?{LINE}", "/static/page.js")
 
 
 def test_nobody_else_is_answered_and_nothing_is_loaded_from_elsewhere(page):
@@ -34,22 +34,28 @@ def test_nobody_else_is_answered_and_nothing_is_loaded_from_elsewhere(page):
     assert {"HttpOnly", "SameSite=Strict"} <= {*right.headers["Set-Cookie"].split("; ")}
 
 
-def test_nothing_is_changed_for_another_page_or_by_another_method(page):
+def test_a_limit_is_set_by_the_form_of_this_page_only(page):
     page, folder = page
-    for headers in ({}, {"Origin": "http://evil.example"}):
-        assert page.get("/set", "POST", LIMIT, **headers).status == 403
-    for path in ("/set", "/static/..%2f__init__.py", "/none"):
+    for origin in ({}, {"Origin": "http://evil.example"}):
+        assert page.get(f"/set?{LINE}", "POST", LIMIT, Content_Type=FORM, **origin).status == 403
+    for path in (f"/set?{LINE}", "/static/..%2f__init__.py", "/none"):
         assert page.get(path).status in (403, 404)
     assert page.post("/", "").status == 404
     assert page.get("/", "DELETE", Origin=page.origin).status == 405
     assert not [*folder.parent.glob("types.yaml")]
+    answer = page.post(f"/set?{LINE}", LIMIT)
+    assert (answer.status, answer.headers["Location"]) == (303, f"/inspection?{LINE}&type=T")
+    assert '"fail"' in page.get(f"/verdict?{LINE}&type=T").text
 
 
-def test_what_changes_or_goes_while_it_is_shown_is_said(page):
+def test_files_that_change_or_go_change_the_page_and_are_never_written(page):
     page, folder = page
-    before = page.get(PAGES[2]).text
+    before, content = page.get(PAGES[1]).text, (folder / "line.csv").read_bytes()
+    for path in (*PAGES, f"/sheet?{LINE}", f"{PAGES[1]}&set.zero=rest"):
+        assert page.get(path).status == 200
+    assert [(file.name, file.read_bytes()) for file in folder.iterdir()] == [("line.csv", content)]
     line(folder / "line.csv", spike=20.0)
-    assert page.get(PAGES[2]).text != before
+    assert page.get(PAGES[1]).text != before
     away = folder.parent / "away"
     for what, status in ((folder, 404), (folder / "line.csv", 200)):
         what.rename(away)
@@ -57,22 +63,9 @@ def test_what_changes_or_goes_while_it_is_shown_is_said(page):
         away.rename(what)
         assert page.get(PAGES[1]).status == 200
     (folder / "b.csv").touch()
-    assert 'data-count="2"' in page.get("/").text
-    for path in ("/inspection", "/inspection?file=../types.yaml", "/values?file=lost.csv"):
+    assert "b.csv" in page.get("/").text
+    for path in ("/inspection", "/inspection?file=../types.yaml", "/verdict?file=lost.csv"):
         assert page.get(path).status == 404
-
-
-def test_records_are_never_changed_and_windows_do_not_disturb_each_other(page):
-    page, folder = page
-
-    def state():
-        return [(file, file.stat().st_mtime_ns, file.read_bytes()) for file in folder.iterdir()]
-
-    plain, before = page.get(PAGES[2]).text, state()
-    for path in (*PAGES, "/?look=1", f"/sheet?{LINE}", f"{PAGES[1]}&set.zero=rest"):
-        assert page.get(path).status == 200
-    assert page.get(f"{PAGES[2]}&set.sign=-1").text != plain == page.get(PAGES[2]).text
-    assert state() == before
 
 
 _WATCHED = """
@@ -87,29 +80,29 @@ runpy.run_module("breaker", run_name="__main__")
 
 
 def test_the_example_leads_to_a_sheet_and_no_request_leaves_the_machine(folder, tmp_path):
-    """Whatever a page is asked for, the command connects to nothing and asks for no name."""
+    """The command opens no connection and resolves no name."""
     words = [sys.executable, "-c", _WATCHED, "view", "--example", "--no-browser"]
     words += ["--config", str(folder / "few.yaml")]
     about = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
     with subprocess.Popen(words, **about) as process:
         page = Page(process.stdout.readline())
-        assert "data-trouble" in page.get("/inspection?file=unknown.txt").text
-        for name in ("model", "verdict", "sheet", "inspection"):
+        assert "NOT READ" in page.get("/inspection?file=unknown.txt").text
+        for name in ("verdict", "sheet", "inspection"):
             assert page.get(f"/{name}?file=unknown.txt&set.rate=20").status == 200
         process.terminate()
         assert process.wait(60) == 0
         assert process.stderr.read() == ""
 
 
-def test_what_hinders_the_command_is_said_on_one_line(page, capsys):
+def test_errors_of_the_command_are_one_line(page, capsys):
     page, folder = page
     for words in ([folder / "none"], [folder, "--example"], [folder, "--port", page.port]):
         assert main(["view", *map(str, words)]) == 1
         assert capsys.readouterr().err.count("\n") == 1
 
 
-def test_workers_end_whatever_ends_the_page(folder, tmp_path):
-    """Planted fault: an end between the first task and the wait left a thread, and the process."""
+def test_the_worker_ends_with_the_page_after_any_error(folder, tmp_path):
+    """Planted fault: an error before the wait left a thread, and the process."""
     server = PageServer(Views(folder / "curves", tmp_path).session)
 
     def ready():
@@ -117,6 +110,5 @@ def test_workers_end_whatever_ends_the_page(folder, tmp_path):
 
     with pytest.raises(KeyError):
         asyncio.run(server.serve(asyncio.Event(), ready))
-    for worker in server.workers.values():
-        with pytest.raises(RuntimeError):
-            worker.submit(int)
+    with pytest.raises(RuntimeError):
+        server.worker.submit(int)

@@ -157,13 +157,16 @@ def html_page(document: Document, pictures: Sequence[bytes] = ()) -> str:
     >>> "<h1>A &lt; B</h1>" in html_page(Document("A < B"))
     True
     """
-    text = visible_text(_page().render(document=document, pictures=pictures))
-    return _NAME.sub(lambda of: document.names.get(of[0], of[0]), text)
+    return _in_words(_page().render(document=document, pictures=pictures), document.names)
 
 
-def html_part(part: Table | Remark | str) -> str:
-    """Return a part of a document as HTML, for a page with its own style."""
-    return visible_text(_page().module.part(part))
+def html_part(part: Table | Remark | str, names: Mapping[str, str]) -> str:
+    """Return a part of a document with these names as HTML, for a page with its own style."""
+    return _in_words(_page().module.part(part), names)
+
+
+def _in_words(text: str, names: Mapping[str, str]) -> str:
+    return _NAME.sub(lambda match: names.get(match[0], match[0]), visible_text(text))
 
 
 @cache

@@ -13,8 +13,8 @@ from breaker.records.folder import record_files
 from breaker.records.operations import MANIFEST
 from breaker.records.words import motions_in, phases_in_names
 
-MOST = 10_000
-"""Most files of a list; the workflow is made for more, such as the records of a life."""
+MOST = 500
+"""Most files of a list, whose headers are read in 10 s; the workflow is made for more."""
 _ISO = 10  # characters of an unambiguous date
 
 
@@ -26,7 +26,6 @@ class Inspection(NamedTuple):
         breaker, type, date: As stated by the files, or by folder and file names; else empty.
         phases, motions: Phases, or columns of travel without a phase, and motions.
         reason: Reason why the file is not a record; empty if it is.
-        seen: Whether all its files have been described.
     """
 
     files: tuple[str, ...]
@@ -36,7 +35,6 @@ class Inspection(NamedTuple):
     phases: tuple[str, ...]
     motions: tuple[str, ...]
     reason: str
-    seen: bool
 
     @property
     def name(self) -> str:
@@ -51,11 +49,10 @@ def find_files(folder: Path) -> dict[str, str]:
     files: dict[str, str] = {}
     for place, folders, names in os.walk(folder):
         folders[:] = sorted(e for e in folders if not e.startswith("."))
-        paths = [place]
+        paths = sorted(record_files(place), key=natural)
         if MANIFEST in names:
+            paths = [place]
             folders.clear()
-        else:
-            paths = sorted(record_files(place), key=natural)
         files |= {id_of(os.path.relpath(path, folder)): str(path) for path in paths}
         if len(files) > MOST:
             break
@@ -70,18 +67,20 @@ def inspections_of(
     breaker first.
     """
     groups: dict[tuple, list[str]] = {}
-    phases = _phases_of(files)
+    phases: dict[Path, str] = {}
+    for folder in {Path(path).parent for path in files.values()}:
+        phases |= phases_in_names(e for e in map(Path, files.values()) if e.parent == folder)
     for name, path in files.items():
-        about = described.get(name, Description())
+        about, phase = described[name], phases.get(Path(path), "")
         breaker, date = _breaker_of(name, about), _date_of(path, about)
-        undated = "" if date else Path(path).stem.replace(phases.get(name, "\0"), "", 1)
+        undated = "" if date else name.replace(phase or "\0", "", 1)
         groups.setdefault((breaker, date, undated, about.reason and name), []).append(name)
     inspections = []
     for (breaker, date, *_), names in groups.items():
-        abouts = [described[name] for name in names if name in described]
+        abouts = [described[name] for name in names]
         parts = [part for about in abouts for part in about.parts]
-        named = [phases[name] for name in names if name in phases]
-        stated = named or [part.phase or str(part.column) for part in parts]
+        named = [phases.get(Path(files[name]), "") for name in names]
+        stated = named if any(named) else [part.phase or str(part.column) for part in parts]
         inspection = Inspection(
             files=tuple(names),
             breaker=breaker,
@@ -89,25 +88,13 @@ def inspections_of(
             date=date,
             phases=tuple(dict.fromkeys(filter(None, stated))),
             motions=tuple(sorted({part.motion for part in parts})),
-            reason=next((about.reason for about in abouts if about.reason), ""),
-            seen=len(abouts) == len(names),
+            reason=abouts[0].reason,
         )
         inspections.append(inspection)
     inspections.sort(key=lambda one: natural(one.name))
     inspections.sort(key=lambda one: one.date, reverse=True)
     inspections.sort(key=lambda one: (not one.breaker, natural(one.breaker)))
     return inspections
-
-
-def _phases_of(files: Mapping[str, str]) -> dict[str, str]:
-    """Return the phases in file names, by file; all names of a folder are compared."""
-    folders: dict[str, list[Path]] = {}
-    for path in map(Path, files.values()):
-        folders.setdefault(str(path.parent), []).append(path)
-    phases: dict[Path, str] = {}
-    for paths in folders.values():
-        phases |= phases_in_names(paths)
-    return {name: phases[Path(path)] for name, path in files.items() if phases.get(Path(path))}
 
 
 def _breaker_of(name: str, about: Description) -> str:
@@ -125,9 +112,8 @@ def _date_of(path: str, about: Description) -> str:
     return one_date("", dates, path)[:_ISO] or " or ".join(date[:_ISO] for date in dates)
 
 
-def earlier_than(one: Inspection, others: Iterable[Inspection]) -> list[Inspection]:
+def earlier_than(inspection: Inspection, others: Iterable[Inspection]) -> list[Inspection]:
     """Return the earlier inspections of the same breaker, the last first."""
-    dated = [other for other in (one, *others) if other.seen and len(other.date) == _ISO]
-    earlier = [e for e in dated if e.breaker == one.breaker and e.date < one.date]
-    earlier.sort(key=lambda other: other.date, reverse=True)
-    return earlier if one in dated else []
+    dated = [e for e in others if e.breaker == inspection.breaker and len(e.date) == _ISO]
+    earlier = [e for e in dated if e.date < inspection.date and len(inspection.date) == _ISO]
+    return sorted(earlier, key=lambda other: other.date, reverse=True)

@@ -16,8 +16,6 @@ from breaker.records.settings import FORMAT, TO_MM, TO_MS
 from breaker.records.sheet import Sheet
 
 _SET = "set."
-_LONGEST = 200  # characters of a value; a longer value is a mistake
-
 LABELS = {
     "rate": "Sampling rate (kHz)",
     "time_column": "Column of time",
@@ -76,19 +74,18 @@ def read_choices(query: Mapping[str, Sequence[str]]) -> Choices:
     """Read the query of an address.
 
     Raises:
-        ValueError: If the page has no such setting, or a value is too long.
+        ValueError: If the page has no such setting.
     """
     settings = {}
     for name, values in query.items():
         if name.startswith(_SET):
-            if (key := name.removeprefix(_SET)) not in LABELS or len(values[-1]) > _LONGEST:
-                raise ValueError(f"the page has no setting {name[:_LONGEST]!r} of this value")
+            if (key := name.removeprefix(_SET)) not in LABELS:
+                raise ValueError(f"the page has no setting {name!r}; go back to the list")
             settings[key] = _value(key, values[-1].strip())
     if settings.get("travel_column") is None:  # all columns that move
         settings.pop("travel_column", None)
     files, before = (tuple(dict.fromkeys(query.get(key, ()))) for key in ("file", "before"))
-    of_type = query.get("type", [""])[-1].strip()[:_LONGEST]
-    return Choices(files, before, of_type, settings, "same" in query)
+    return Choices(files, before, query.get("type", [""])[-1].strip(), settings, "same" in query)
 
 
 def _value(key: str, text: str) -> Any:
@@ -124,9 +121,6 @@ def name_of(identity: str) -> str:
     return os.fsdecode(unquote_to_bytes(identity))
 
 
-# ---- the form of the import settings -------------------------------------------------------------
-
-
 class SettingRow(NamedTuple):
     """An import setting on the page.
 
@@ -145,9 +139,6 @@ class SettingRow(NamedTuple):
     options: Mapping[str, str]
 
 
-_STATES = ("missing", "doubtful", "chosen", "sure")
-
-
 def rows_of(
     base: Mapping[str, Any],
     chosen: Mapping[str, Any],
@@ -164,9 +155,17 @@ def rows_of(
         value = chosen.get(key, None if key == "travel_column" else base[key])
         used = (record.operation.settings.get(key) for record in records)
         stated = [*dict.fromkeys(str(setting) for setting in used if setting is not None)]
-        state, reason = "chosen", "your choice"
-        if key not in chosen:
-            state, reason = _reason_for(key, base, proposal, stated)
+        state, reason = "sure", "default" if base[key] == FORMAT[key] else "from the configuration"
+        if key in chosen:
+            state, reason = "chosen", "your choice"
+        elif stated:
+            reason = f"{', '.join(stated)}: stated by the file or its table"
+        elif proposal and key in proposal.lacking:
+            state, reason = "missing", f"fill it in: {proposal.lacking[key]}"
+        elif proposal and (doubts := proposal.findings.doubts.get(key)):
+            state, reason = "doubtful", "; ".join(doubts)
+        elif proposal and base[key] != FORMAT[key]:
+            reason = "seen in the file"
         options = {as_text(option): name for option, name in _OPTIONS.get(key, {}).items()}
         if key.endswith("_column"):
             options = {"": _NO_COLUMN.get(key, "the one that belongs to each travel")}
@@ -174,19 +173,4 @@ def rows_of(
         if options:
             options.setdefault(as_text(value), str(value))
         rows.append(SettingRow(key, label, as_text(value), state, reason, options))
-    return sorted(rows, key=lambda row: _STATES.index(row.state))
-
-
-def _reason_for(
-    key: str, base: Mapping[str, Any], proposal: Proposal | None, stated: Sequence[str]
-) -> tuple[str, str]:
-    """Return the state of a setting that was not chosen, and the reason for its value."""
-    if stated:
-        return "sure", f"{', '.join(stated)}: stated by the file or its table"
-    if proposal and key in proposal.lacking:
-        return "missing", f"fill it in: {proposal.lacking[key]}"
-    if proposal and (doubts := proposal.findings.doubts.get(key)):
-        return "doubtful", "; ".join(doubts)
-    if base[key] == FORMAT[key]:
-        return "sure", "default"
-    return "sure", "seen in the file" if proposal else "from the configuration"
+    return sorted(rows, key=lambda row: ("missing", "doubtful", "chosen", "sure").index(row.state))

@@ -13,7 +13,7 @@ import secrets
 import socket
 import sys
 import traceback
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
@@ -22,7 +22,7 @@ import tornado.httpserver
 import tornado.web
 
 from breaker.page import views
-from breaker.page.session import MissingError, Session
+from breaker.page.session import Session
 
 HOST = "127.0.0.1"
 """Address of the server, which other machines cannot reach."""
@@ -37,7 +37,7 @@ POLICY = (
 _HEADERS = {
     "Content-Security-Policy": POLICY,
     "X-Content-Type-Options": "nosniff",
-    "Referrer-Policy": "no-referrer",
+    "Referrer-Policy": "same-origin",
     "Cross-Origin-Opener-Policy": "same-origin",
     "Cross-Origin-Resource-Policy": "same-origin",
     "Cache-Control": "no-store",
@@ -69,8 +69,7 @@ class PageServer:
             raise OSError(f"port {port} is in use or may not be taken; {remedy}") from error
         self._socket.setblocking(False)
         self.port = self._socket.getsockname()[1]
-        # Two threads, so that curves and measured values do not wait for the model.
-        self.workers = {slow: ThreadPoolExecutor(max_workers=1) for slow in (False, True)}
+        self.worker = ThreadPoolExecutor(max_workers=1)  # matplotlib is not safe in two threads
 
     @property
     def address(self) -> str:
@@ -79,29 +78,29 @@ class PageServer:
 
     async def serve(self, ended: asyncio.Event, ready: Callable[[], None] = lambda: None) -> None:
         """Answer requests until the event ``ended``; complete answers that are being written."""
-        logging.getLogger("tornado.access").setLevel(
-            logging.CRITICAL
-        )  # addresses contain the token
-        about, static = {"page": self}, {"page": self, "path": Path(__file__).with_name("static")}
-        handlers = [(r"/static/(.*)", _Static, static), (r"/(.*)", _Views, about)]
-        application = tornado.web.Application(handlers)
+        access = logging.getLogger("tornado.access")
+        access.setLevel(logging.CRITICAL)  # addresses contain the token
+        static = {"path": str(Path(__file__).with_name("static"))}
+        handlers = [(r"/static/(.*)", _Static, static), (r"/(.*)", _Views)]
+        application = tornado.web.Application(handlers, page=self)
         server = tornado.httpserver.HTTPServer(application, max_buffer_size=_BODY)
         server.add_socket(self._socket)
-        try:  # shut the workers down after any error, as their threads wait
+        try:
             ready()
-            self.workers[True].submit(views.warm, self.session)
             await ended.wait()
         finally:
             server.stop()
             await server.close_all_connections()
-            for worker in self.workers.values():
-                worker.shutdown(wait=True)
+            self.worker.shutdown(wait=True)
 
 
 class _Handler(tornado.web.RequestHandler):
     """Common part of all answers: access checks and error pages."""
 
-    page: PageServer
+    @property
+    def page(self) -> PageServer:
+        """The server of this handler."""
+        return self.settings["page"]
 
     def set_default_headers(self) -> None:
         self.clear_header("Server")
@@ -110,28 +109,25 @@ class _Handler(tornado.web.RequestHandler):
 
     def prepare(self) -> None:
         hosts = {f"{HOST}:{self.page.port}", f"localhost:{self.page.port}"}
-        origin = self.request.headers.get("Origin")
+        origins = {f"http://{host}" for host in hosts}
+        if self.request.method != "POST":
+            origins |= {None}
+        token = self.get_cookie(self._cookie, "")
+        if self.request.path == "/":
+            token = self.get_query_argument("token", token)
         if self.request.host not in hosts:
-            raise _refused("This page answers under its own address alone.")
-        own = {f"http://{host}" for host in hosts}
-        if origin not in (own if self.request.method == "POST" else own | {None}):
-            raise _refused("Another page asked for this, and was refused.")
-        token = self.get_query_argument("token", None)
-        if token is not None and self.request.path == "/":
-            if not self._same(token):
-                raise _refused("The token of this address is wrong: take the one on the terminal.")
-        elif not self._same(self.get_cookie(self._cookie, "")):
-            raise _refused(
-                "This page opens with the full address, token included, that `breaker view` has "
-                "printed on the terminal. After another start, take its address.",
-            )
+            refusal = "This page answers under its own address alone."
+        elif self.request.headers.get("Origin") not in origins:
+            refusal = "Another page asked for this, and was refused."
+        elif not hmac.compare_digest(token.encode(), self.page.token.encode()):
+            refusal = "Open this page with the address and token that the terminal shows now."
+        else:
+            return
+        raise tornado.web.HTTPError(403, refusal)
 
     @property
     def _cookie(self) -> str:
         return f"breaker-{self.page.port}"  # browsers keep one cookie for all ports of a host
-
-    def _same(self, token: str) -> bool:
-        return hmac.compare_digest(token.encode(), self.page.token.encode())
 
     def write_error(self, status_code: int, **about: Any) -> None:
         error = about.get("exc_info", (None, None, None))[1]
@@ -153,16 +149,9 @@ class _Handler(tornado.web.RequestHandler):
 class _Static(_Handler, tornado.web.StaticFileHandler):
     """Handler of scripts and styles."""
 
-    def initialize(self, page: PageServer, path: Path) -> None:
-        super().initialize(str(path))
-        self.page = page
-
 
 class _Views(_Handler):
     """Handler of pages and data, which calls the view of a path."""
-
-    def initialize(self, page: PageServer) -> None:
-        self.page = page
 
     async def get(self, name: str) -> None:
         if not name and self.get_query_argument("token", None) is not None:
@@ -175,24 +164,17 @@ class _Views(_Handler):
         await self._answer("POST", name)
 
     async def _answer(self, method: str, name: str) -> None:
-        """Run a view on a worker, so that other windows get answers meanwhile."""
+        """Run a view on the worker, and send a new address or a page."""
         if (view := views.VIEWS.get((method, name))) is None:
             raise tornado.web.HTTPError(404)
-        stream = self.request.connection.stream
-
-        def unless_gone() -> views.Answer:
-            if method == "GET" and stream.closed():
-                raise MissingError("nobody waits for this any more")
-            return view(views.Asked(self.page.session, self._query, self.request.body))
-
-        worker = self.page.workers[name in views.SLOW]
-        self.finish(await asyncio.get_running_loop().run_in_executor(worker, unless_gone))
-
-    @property
-    def _query(self) -> dict[str, list[str]]:
-        pairs = self.request.query_arguments.items()
-        return {name: [v.decode("utf-8", "replace") for v in values] for name, values in pairs}
+        query, form = map(_texts, (self.request.query_arguments, self.request.body_arguments))
+        asked, loop = views.Asked(self.page.session, query, form), asyncio.get_running_loop()
+        answer = await loop.run_in_executor(self.page.worker, view, asked)
+        if isinstance(answer, views.Moved):
+            self.redirect(answer, status=303)
+        else:
+            self.finish(answer)
 
 
-def _refused(text: str) -> tornado.web.HTTPError:
-    return tornado.web.HTTPError(403, text)
+def _texts(arguments: Mapping[str, Sequence[bytes]]) -> dict[str, list[str]]:
+    return {name: [v.decode("utf-8", "replace") for v in arguments[name]] for name in arguments}

@@ -1,10 +1,8 @@
 "use strict";
 // Curves as SVG: panels that share their times. The wheel or + and - zoom, dragging or the arrows
-// move, a double click or 0 shows all, a click sets a cursor.
+// move, a double click or 0 shows all, a click sets the cursor.
 
 const LEFT = 58, RIGHT = 10, ROW = 13; // pixels: of the labels of axes, and of a line of text
-
-const nameOf = (curve) => curve.look ? curve.name : curve.phase || curve.name;
 
 function svg(tag, attributes = {}, text = "") {
   const made = document.createElementNS("http://www.w3.org/2000/svg", tag);
@@ -23,7 +21,7 @@ function ticksOf(low, high, count) { // round numbers
 
 class Plot {
   constructor(place, data, say) {
-    Object.assign(this, { place, data, say, window: data.window, marks: [], cursors: [null, null], hidden: new Set() });
+    Object.assign(this, { place, data, say, window: data.window, cursor: null });
     this.panels = document.createElement("div");
     this.panels.tabIndex = 0;
     place.append(this.legend(), this.panels);
@@ -37,24 +35,15 @@ class Plot {
     new ResizeObserver(() => this.draw()).observe(place);
   }
 
-  legend() { // names of phases, then of other records, each a button that hides its curves
-    const row = document.createElement("div");
+  legend() { // names of phases, then of other records
+    const row = document.createElement("div"), names = new Map();
     row.className = "legend";
-    const curves = this.data.panels.flatMap((panel) => panel.curves).sort((a, b) => Boolean(a.look) - Boolean(b.look));
-    const first = new Map([...curves].reverse().map((curve) => [nameOf(curve), curve]));
-    for (const name of new Set(curves.map(nameOf))) {
-      const curve = first.get(name);
-      const made = document.createElement("button");
-      Object.assign(made, { type: "button", textContent: name, title: "hide or show" });
-      made.setAttribute("aria-pressed", "true");
-      if (!curve.look) made.style.borderBottomColor = curve.colour;
-      made.addEventListener("click", () => {
-        const shown = this.hidden.delete(name);
-        if (!shown) this.hidden.add(name);
-        made.setAttribute("aria-pressed", String(shown));
-        this.draw();
-      });
-      row.append(made);
+    for (const { look, name, phase, colour } of this.data.panels.flatMap((panel) => panel.curves)) {
+      names.set(look ? name : phase || name, look ? "" : colour);
+    }
+    for (const [name, colour] of names) {
+      const style = `border-color: ${colour || "transparent"}`;
+      row.append(Object.assign(document.createElement("span"), { textContent: name, style }));
     }
     return row;
   }
@@ -85,45 +74,33 @@ class Plot {
 
   grab(event) { // moves the curves; without a movement it is a click
     const before = this.window, at = event.clientX, width = this.panels.clientWidth - LEFT - RIGHT;
-    let moved = false;
-    const move = (now) => {
-      moved ||= Math.abs(now.clientX - at) > 3;
-      const by = (at - now.clientX) / width * (before[1] - before[0]);
-      if (moved) this.show(before.map((end) => end + by));
-    };
+    const move = (now) => this.show(before.map((end) => end + (at - now.clientX) / width * (before[1] - before[0])));
     const release = (now) => {
       removeEventListener("pointermove", move);
-      if (moved) return;
-      this.cursors[now.shiftKey ? 1 : 0] = this.timeAt(now);
-      this.draw();
-      this.say(this.readings());
+      if (Math.abs(now.clientX - at) < 3) this.read(this.timeAt(now));
     };
     addEventListener("pointermove", move);
     addEventListener("pointerup", release, { once: true });
   }
 
-  readings() { // travels of the samples nearest to the cursors
-    const words = [], [first, second] = this.cursors;
-    const curves = this.data.panels[0].curves.filter((curve) => curve.name === "travel");
-    for (const [k, time] of this.cursors.entries()) if (time !== null) {
-      const nearest = (x) => x.reduce((best, at, i) => Math.abs(at - time) < Math.abs(x[best] - time) ? i : best, 0);
-      const values = curves.map(({ phase, x, y }) => `${phase} ${y[nearest(x)]?.toFixed(2) ?? "–"} mm`);
-      words.push(`${k + 1}: ${time.toFixed(2)} ms ${values.join(", ")}`);
-    }
-    if (first !== null && second !== null) words.push(`difference: ${(second - first).toFixed(2)} ms`);
-    return words.join("; ");
+  read(time) { // travels of the samples nearest to the cursor
+    const nearest = (x) => x.reduce((best, at, i) => Math.abs(at - time) < Math.abs(x[best] - time) ? i : best, 0);
+    const travels = this.data.panels[0].curves.filter((curve) => curve.name === "travel");
+    const values = travels.map(({ phase, x, y }) => `${phase} ${y[nearest(x)]?.toFixed(2) ?? "–"} mm`);
+    this.say([`${time.toFixed(2)} ms`, ...values].join(", "));
+    this.cursor = time;
+    this.draw();
   }
 
   draw() {
     const width = this.place.clientWidth - LEFT - RIGHT, last = this.data.panels.length - 1;
-    if (width < 50) return;
+    if (width < 50) return; // hidden
     this.panels.replaceChildren(...this.data.panels.map((panel, k) => this.panel(panel, width, k === last ? this.data.axis : "")));
   }
 
   panel({ name, height, label, curves }, width, axis) {
     const [begin, end] = this.window, isLog = name === "resistance", scale = isLog ? Math.log10 : Number;
-    const lines = curves.filter((curve) => !this.hidden.has(nameOf(curve)))
-      .map((curve) => ({ ...curve, y: curve.y.map((y) => y === null ? null : scale(y)) }));
+    const lines = curves.map((curve) => ({ ...curve, y: curve.y.map((y) => y === null ? null : scale(y)) }));
     const [low, high] = rangeOf(lines.map(({ x, y }) => y.filter((_, k) => x[k] >= begin && x[k] <= end)));
     const pad = 0.08 * (high - low) || 1, top = name === "travel" ? 2 * ROW : 3;
     const X = (x) => (x - begin) / (end - begin) * width;
@@ -142,7 +119,7 @@ class Plot {
     chart.append(svg("text", { x: LEFT + width / 2, y: height + 32, "text-anchor": "middle" }, axis));
     chart.append(svg("text", { transform: `translate(12 ${height / 2}) rotate(-90)`, "text-anchor": "middle" }, label));
     for (const line of lines) inner.append(svg("path", { class: line.look, stroke: line.colour, d: pathOf(line, X, Y, this.window) }));
-    this.cursors.forEach((at, k) => at !== null && inner.append(svg("line", { class: `cursor${k}`, x1: X(at), x2: X(at), y2: height })));
+    if (this.cursor !== null) inner.append(svg("line", { class: "cursor", x1: X(this.cursor), x2: X(this.cursor), y2: height }));
     if (name === "travel") this.addMarks(inner, X, Y);
     chart.append(inner);
     return chart;
@@ -150,16 +127,9 @@ class Plot {
 
   addMarks(inner, X, Y) { // a name once for all poles, the names in two rows by turns
     const named = new Set();
-    for (const mark of [...this.marks].sort((a, b) => a.x[0] - b.x[0])) {
-      if (this.hidden.has(mark.phase)) continue;
-      const [x, y] = [X(mark.x[0]), Y(mark.y[0])];
-      if (mark.x.length > 1) {
-        inner.append(svg("line", { class: "zone", stroke: mark.colour, x1: x, y1: y, x2: X(mark.x[1]), y2: Y(mark.y[1]) }));
-        continue;
-      }
-      const made = svg("circle", { cx: x, cy: y, r: 4, fill: mark.colour });
-      made.append(svg("title", {}, `${mark.name} ${mark.phase}: ${mark.x[0].toFixed(2)} ms, ${mark.y[0].toFixed(2)} mm`));
-      inner.append(made);
+    for (const mark of this.data.marks.sort((a, b) => a.x - b.x)) {
+      const [x, y] = [X(mark.x), Y(mark.y)];
+      inner.append(svg("circle", { cx: x, cy: y, r: 4, fill: mark.colour }));
       if (named.has(mark.name)) continue;
       const above = ROW * (named.size % 2);
       named.add(mark.name);
@@ -170,12 +140,9 @@ class Plot {
 }
 
 function rangeOf(lists) {
-  let low = Infinity, high = -Infinity;
-  for (const one of lists.flat()) if (Number.isFinite(one)) { // not null, nor of log(0)
-    low = Math.min(low, one);
-    high = Math.max(high, one);
-  }
-  return low <= high ? [low, high] : [0, 1];
+  const known = lists.flat().filter(Number.isFinite); // not null, nor of log(0)
+  if (!known.length) return [0, 1];
+  return [known.reduce((a, b) => Math.min(a, b)), known.reduce((a, b) => Math.max(a, b))];
 }
 
 function pathOf({ x, y }, X, Y, [begin, end]) { // samples that are shown, and one beyond each end
