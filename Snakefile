@@ -13,7 +13,7 @@ module printed:
     snakefile:
         "workflow/Snakefile"
     config:
-        merge(GIVEN, read("config/paper.yaml"))
+        merge(config, read("config/paper.yaml"))
     prefix:
         "paper"
 

@@ -18,26 +18,18 @@ def files_in(folder):
 @pytest.mark.parametrize(
     "words",
     [
-        "infer drive --output drive/op_1.csv",
         "infer a.csv --output few.yaml",
         "infer a.csv --output open.csv",  # a record that is not read
-        "infer a.csv --plot drive",
         "infer a.csv --plot picture.txt",
+        "infer a.csv --plot drive.png",  # a folder
         "infer a.csv --output nowhere/out.csv",
         "infer a.csv --output pipe",
-        "inspect a.csv --output config/config.yaml",
-        "fit-prior drive --output drive/op_1.csv",
-        "compare a.csv --today open.csv --plot picture.png",  # a link to a record
+        "inspect a.csv --output few.yaml",
+        "fit-prior . --output open.csv",
     ],
 )
-def test_only_a_result_is_replaced(folder, capsys, words):
-    for name in ("drive", "config"):
-        (folder / name).mkdir()
-    (folder / "drive/op_1.csv").write_bytes((folder / "a.csv").read_bytes())
-    rows = "file,motion,operation\nop_1.csv,closing,1\n"
-    (folder / "drive/operations.csv").write_text(rows, encoding="utf-8")
-    (folder / "picture.png").symlink_to("a.csv")
-    (folder / "config/config.yaml").write_text("endurance: {draws: 100}\n")
+def test_no_work_of_the_user_is_replaced(folder, capsys, words):
+    (folder / "drive.png").mkdir()
     os.mkfifo(folder / "pipe")
     before = files_in(folder)
     assert main([*words.split(), "--config", "few.yaml"]) == 1
@@ -48,15 +40,13 @@ def test_only_a_result_is_replaced(folder, capsys, words):
     assert files_in(folder) == before
 
 
-def test_results_replace_results_of_their_kind(folder):
-    words = ["infer", "a.csv", "--output", "t.csv", "--config", "few.yaml"]
+def test_a_picture_is_replaced_and_a_link_to_a_record_keeps_it(folder):
+    (folder / "a.png").symlink_to("a.csv")
+    before = (folder / "a.csv").read_bytes()
     for _ in range(2):
-        assert main(words) == 0
-    (folder / "link.csv").symlink_to("t.csv")
-    first = (folder / "t.csv").read_bytes()
-    assert main(["infer", "b 2.csv", "--output", "link.csv", "--config", "few.yaml"]) == 0
-    assert (folder / "link.csv").is_symlink()
-    assert (folder / "t.csv").read_bytes() != first
+        assert main(["infer", "a.csv", "--plot", "a.png", "--config", "few.yaml"]) == 0
+    assert (folder / "a.png").read_bytes().startswith(b"\x89PNG")
+    assert (folder / "a.csv").read_bytes() == before
     assert not [file for file in folder.iterdir() if file.name.startswith(".")]
 
 

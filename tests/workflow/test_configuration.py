@@ -8,13 +8,12 @@ from operator import getitem
 import pytest
 import yaml
 
-from breaker.configuration.definitions import advice_of, of_drive
+from breaker.configuration.definitions import advice_of
 from breaker.configuration.loading import (
     ConfigurationError,
     check,
     defaults,
     load,
-    merge,
     of_motion,
     read,
 )
@@ -245,13 +244,15 @@ def test_the_table_of_a_folder_of_curves_is_looked_into(complaint, tmp_path):
     assert "operations.csv" in complaint(overlay)
     rows = "file,motion,operation,event\n1.csv,closing,1,danced\n"
     (folder / "operations.csv").write_text(rows, encoding="utf-8")
-    message = complaint(overlay)
-    assert "no operation of motion opening" in message
-    assert "endurance.events" in message
-    one.write_text(
-        f"endurance: {{curves: {folder}, events: {{danced: [f]}}}}\nmotions: [closing]\n"
-    )
+    assert "no operation of motion opening" in complaint(overlay)
+    overlay += "motions: [closing]\n"
+    assert "endurance.events lacks danced" in complaint(overlay)
+    overlay = overlay.replace("}", ", events: {danced: [f]}}")
+    types = tmp_path / "types.yaml"
+    types.write_text("{}")
+    one.write_text(overlay)
     assert load([one])["motions"] == ["closing"]
+    assert "types is for a fleet" in complaint(f"{overlay}types: {types}\n")
 
 
 # ---- files
@@ -341,17 +342,6 @@ def test_functions_of_ones_own_are_tried_before_the_first_job(
             load([mine])
 
 
-def test_a_prior_that_an_own_simulator_ignores_is_refused(complaint, tmp_path, monkeypatch):
-    """It drew nothing, in silence."""
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.delitem(sys.modules, "own", raising=False)
-    (tmp_path / "own.py").write_text(OWN, encoding="utf-8")
-    own = "model: {prior: own:Prior, simulator: own:simulate}\nsensor: {onset_sd: 0.0}\n"
-    message = complaint(f"{own}prior: {{f: {{median: 0.8}}}}\n")
-    assert "prior is not used" in message
-    assert "model." in message.partition("prior is not used")[2]
-
-
 @pytest.mark.parametrize(
     ("entry", "words"),
     [
@@ -367,27 +357,3 @@ def test_a_wrong_entry_of_a_type_is_named_by_file_and_key(complaint, tmp_path, e
     message = complaint(f"types: {file}")
     for word in ("types.yaml", *words):
         assert word in message
-
-
-def test_the_workflow_takes_the_entry_of_its_drives_type(tmp_path):
-    """Of one breaker, by the column of its table; a fleet is left as it is."""
-    types = tmp_path / "types.yaml"
-    entry = (
-        "limits: {stroke: [1, 9]}, ratio: 2.0, speeds: {closing_speed: [10 ms before touch, touch]}"
-    )
-    types.write_text(f"GL 314: {{{entry}}}\nLTB: {{}}\n", encoding="utf-8")
-    rows = ["a.csv,closing,1,A,GL314", "a.csv,closing,2,A,gl-314", "b.csv,closing,1,B,LTB"]
-    table = "\n".join(["file,motion,operation,breaker,type", *rows, ""])
-    (tmp_path / "operations.csv").write_text(table, encoding="utf-8")
-    about = {"curves": str(tmp_path), "breaker": "A"}
-    config = merge(defaults(), {"types": str(types), "endurance": about})
-    laid = of_drive(config)
-    assert laid["endurance"] == merge(config["endurance"], {"format": {"ratio": 2.0}})
-    assert laid["speeds"]["closing_speed"] == ["10 ms before touch", "touch"]
-    own = [item["pair"] for item in laid["limits"][len(config["limits"]) :]]
-    assert {*own} == {"closing stroke by type", "opening stroke by type"}
-    for other in ({"types": None}, {"endurance": about | {"breaker": None}}):
-        assert of_drive(merge(config, other)) == merge(config, other)
-    (tmp_path / "operations.csv").write_text(table.replace("gl-314", "LTB"), encoding="utf-8")
-    with pytest.raises(ConfigurationError, match="several types"):
-        of_drive(config)

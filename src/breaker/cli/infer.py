@@ -41,7 +41,7 @@ def _fact(text: str) -> tuple[str, list[float]]:
 
 def run(options: argparse.Namespace) -> int:
     """Infer and judge, write the requested files, and print the result."""
-    check_outputs([(options.output, "table"), (options.plot, "picture")])
+    check_outputs([(options.output, "lines"), (options.plot, "picture")])
     config = inputs.settings_of(options.config)
     limits = inputs.limits_of(config, options.config)
     # Imported here, so that --help and errors of options appear at once.

@@ -1,4 +1,4 @@
-"""Write the files of commands: completely or not at all, and never over work of the user."""
+"""Write the files of commands, completely or not at all, and never over work of the user."""
 
 import os
 from collections.abc import Iterable, Sequence
@@ -6,22 +6,17 @@ from pathlib import Path
 
 from breaker.common.text import say
 
-_ENDINGS = {"picture": (".png", ".pdf", ".svg", ".jpg", ".jpeg"), "report": (".html",)}
-# Bytes near the beginning of each kind of output. A file of lines, such as a configuration or a
-# table of operations, may contain work of the user and is never replaced.
-_MARKS = {
-    "picture": (b"\x89PNG", b"%PDF", b"<svg", b"\xff\xd8\xff"),
-    "report": (b'content="breaker report"',),
-    "table": (b",interval_95_lower,",),
-    "lines": (),
-}
+_ENDINGS = {"picture": (".png", ".pdf", ".svg"), "report": (".html",)}
 
 
 def check_outputs(wanted: Sequence[tuple[str | None, str]]) -> None:
-    """Refuse outputs that cannot be written or would replace something else, before any work.
+    """Refuse outputs that cannot be written or would replace work of the user, before any work.
+
+    Pictures and reports are replaced. Other files, such as a record, a configuration or a table of
+    operations, may contain work of the user.
 
     Args:
-        wanted: Name, or None, and kind of each output: "table", "picture", "report" or "lines".
+        wanted: Name, or None, and kind of each output: "picture", "report" or "lines".
 
     Raises:
         OSError, ValueError: If an output is refused; the message states the remedy.
@@ -32,30 +27,19 @@ def check_outputs(wanted: Sequence[tuple[str | None, str]]) -> None:
         target, endings = Path(name), _ENDINGS.get(kind)
         if endings and target.suffix.lower() not in endings:
             what = f"{name} is not the name of a {kind}"
-            raise ValueError(f"{what}. End it in {' or '.join(endings[:3])}")
+            raise ValueError(f"{what}. End it in {' or '.join(endings)}")
         if not target.parent.is_dir():
             raise FileNotFoundError(f"there is no folder {target.parent}/. Make it for {name}")
-        if target.exists() and not _is_own(target, kind):
-            what = "exists and may hold work of yours: it is not overwritten"
-            raise FileExistsError(f"{name} {what}. Name another file, or delete it")
-
-
-def _is_own(target: Path, kind: str) -> bool:
-    """Return whether a file is empty, or an output of the same kind."""
-    if not target.is_file():  # such as a folder or a pipe
-        return False
-    with target.open("rb") as stream:
-        begins = stream.read(4096)
-    return not begins or any(mark in begins for mark in _MARKS[kind])
+        if target.exists() and not (endings and target.is_file()):
+            raise FileExistsError(f"{name} exists and is not replaced. Name another, or delete it")
 
 
 def write(name: str, content: bytes) -> None:
-    """Write a file under a temporary name, then rename it."""
-    target = Path(os.path.realpath(name))  # a link stays a link
-    part = target.with_name(f".breaker-{os.getpid()}.part")
+    """Write a file under a temporary name, then rename it; a link is replaced, not its target."""
+    part = Path(name).with_name(f".breaker-{os.getpid()}.part")
     try:
         part.write_bytes(content)
-        os.replace(part, target)
+        os.replace(part, name)
     except OSError as error:
         remedy = "make room there, or name another place"
         raise OSError(f"{name} could not be written: {error.strerror}; {remedy}") from error

@@ -4,7 +4,7 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
-from breaker.common.text import bare, usual_spelling
+from breaker.common.text import bare
 from breaker.configuration.loading import ConfigurationError, merge, read
 from breaker.model.quantities import in_words
 from breaker.shipped import ADVICE, FAMILIES, SIMULATED_TEST, family_file
@@ -54,29 +54,6 @@ def laid_over(config: Mapping[str, Any], entry: Mapping[str, Any]) -> dict[str, 
     merged = merge(config, over)
     limits = entries_of_type(entry.get("limits", {}), every_speed(merged["speeds"]))
     return merged | {"limits": [*config["limits"], *limits]}
-
-
-def of_drive(config: Mapping[str, Any]) -> Mapping[str, Any]:
-    """Return the configuration of the workflow, overridden by the entry of its drive's type.
-
-    The column ``type`` of the table of ``endurance.curves`` states the type. For several breakers,
-    or without a type or a file of types, the configuration is returned unchanged.
-
-    Raises:
-        ConfigurationError: If rows state several types, or a type without an entry.
-    """
-    some, types = config["endurance"], types_of(config)
-    if not types or some["curves"] is None:
-        return config
-    from breaker.records.folder import list_fleet
-
-    chosen = {"breakers": [some["breaker"]] if some["breaker"] else None, "phase": some["phase"]}
-    fleet = [*list_fleet(some["curves"], **chosen).values()]
-    stated = usual_spelling(row.type for _, row in fleet[0] if row.type) if len(fleet) == 1 else {}
-    if len(stated) > 1:
-        names = ", ".join(stated.values())
-        raise ConfigurationError(f"{some['curves']} states several types of one breaker: {names}")
-    return laid_over(config, entry_of_type(types, *stated.values())) if stated else config
 
 
 def entry_of_type(types: Mapping[str, dict[str, Any]], name: str) -> dict[str, Any]:
