@@ -76,7 +76,7 @@ def test_the_first_visible_sheet_with_the_columns_is_read_and_others_are_named(f
     (remark,) = columns.remarks
     assert [name for name in sheets if repr(name) in remark] == ["results", "record", "again"]
     workbook(file, {"a": [["t", "s"], [0.0, 1.0], [0.1, 1.0]], "b": []})
-    refused(file)
+    refusal(file, lambda: read(file))
 
 
 def test_texts_are_held_to_the_decimal_sign_and_numbers_are_not(file):

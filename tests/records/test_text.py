@@ -58,7 +58,7 @@ def assert_read(columns, *, first=None, remarks=0):
 HEADS = {
     "units": ["time,travel", "[ms],(mm)"],
     "behind a bar": ["TIME/ms,travel/millimeter"],
-    "a remark": ["# time,travel", "# nothing", "ms,mm"],
+    "a remark": ["# made by 7", "# time,travel", "ms,mm"],
     "long": [*(f"channel {i},{i},{i}" for i in range(45)), "time,travel"],
     "names twice": ["Title,time,travel", "time,travel"],
     "quoted": ['stroke 5" at most,', '"time","travel"', '"ms","mm"'],
@@ -75,7 +75,7 @@ def test_the_head_is_found(file, name):
 
 
 def test_files_without_names_are_read_by_numbers(file):
-    preamble = ["made by 7", "rate,10000,1", "10,20"]
+    preamble = ["made by 7", "rate,10000,1", "10"]
     put(file, [*preamble, *(f"{i},{row}" for i, row in enumerate(ROWS))])
     assert_read(read(file, time_column=2, travel_column=3), first=4)
     put(file, ROWS)
@@ -98,7 +98,7 @@ def test_a_contradicting_unit_is_refused_and_an_unknown_one_remarked_on(file, he
     refused(file)
     put(file, ["time ({}),travel [{}]".format(*head.split(",")), *ROWS])
     refused(file)
-    put(file, ["time,travel", "ms,span", *ROWS])
+    put(file, ["time,travel,x", "ms,span,mm", *(f"{row},1" for row in ROWS)])
     assert_read(read(file), remarks=1)
 
 

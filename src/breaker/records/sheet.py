@@ -122,7 +122,7 @@ def columns_of(sheet: Sheet, settings: Mapping) -> Columns:
         RejectedCurveError: If a column does not exist, states another unit, or has an impossible
             number; without a time column also if a line between its samples is blank.
     """
-    wanted = words.wanted_columns([sheet.names], settings)
+    wanted = words.wanted_columns(sheet.names, settings)
     places, remarks = _places(sheet, wanted, settings)
     used = [*places.items(), ("", EVERY)]
     if wrong := [(*sheet.wrong[place], kind) for kind, place in used if place in sheet.wrong]:

@@ -62,12 +62,12 @@ def holds(name: str, kind: str) -> bool:
     return kind in _kinds_of(name)
 
 
-def wanted_columns(rows: Iterable[Sequence[str]], settings: Mapping) -> dict[str, str | int]:
+def wanted_columns(names: Sequence[str], settings: Mapping) -> dict[str, str | int]:
     """Return the columns of a record by kind, as settings name them. A travel column in digits is
-    a number, unless one of the rows contains it as a name.
+    a number, unless it is one of the names.
     """
     travel = settings["travel_column"]
-    if str(travel).isdecimal() and not named_in(rows, str(travel)):
+    if str(travel).isdecimal() and not places_of(names, str(travel)):
         travel = int(travel)
     wanted = {"time": settings["time_column"], "travel": travel}
     wanted |= {kind: settings[f"{kind}_column"] or None for kind in BESIDE}  # 0 is a time
@@ -86,17 +86,11 @@ def places_of(row: Sequence[str], column: str | int) -> list[int]:
     if column.casefold() not in "\n".join(row).casefold():
         return []
     names = [cell.strip() for cell in row]
-    names[0] = names[0].lstrip("#%! ") or names[0]
     if column not in names:
         names = [split_unit(name)[0] for name in names]
     if column not in names:
         names, column = [name.casefold() for name in names], column.casefold()
     return [i for i, name in enumerate(names) if name == column]
-
-
-def named_in(rows: Iterable[Sequence[str]], column: str | int) -> bool:
-    """Return whether any of some rows has a column."""
-    return any(places_of(row, column) for row in rows)
 
 
 _KNOWN = {spelling: unit for unit, spelt in WORDS["units"].items() for spelling in spelt.split()}

@@ -24,7 +24,7 @@ def read(opened: Opened, form: Mapping) -> list[Sheet]:
     sheets, errors = {}, [RejectedCurveError(opened.file, "is empty")]
     for title, text in texts:
         try:
-            sheets[title] = sheet_of(opened, text, settings, form, title)
+            sheets[title] = sheet_of(opened, text, settings, title)
         except RejectedCurveError as error:
             errors.append(error)
     if not sheets:

@@ -13,6 +13,8 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
+import numpy as np
+
 from breaker import DISTRIBUTION
 from breaker.records.files import Opened, RejectedCurveError, as_opened
 from breaker.records.formats import text
@@ -114,9 +116,14 @@ def look_into(file: str | Path | Opened, channel: str | int = "", line: int = 0)
     opened = as_opened(file)
 
     def look() -> list[Sheet]:
-        if sheets := [e for e in _sheets(opened, {"line": line} if line else {}) if e.columns]:
-            return sheets
-        raise RejectedCurveError(opened.file, "has no table with columns of numbers")
+        sheets = [e for e in _sheets(opened, {"line": line} if line else {}) if e.columns]
+        if not sheets:
+            raise RejectedCurveError(opened.file, "has no table with columns of numbers")
+        # Instruments write overflow values, such as the resistance of open contacts.
+        return [
+            replace(e, columns=[np.where(np.abs(c) < 1e16, c, np.nan) for c in e.columns])
+            for e in sheets
+        ]
 
     sheets = look() if line else opened.once("sheets", look)
     return next((e for e in sheets if channel and e.place_of(channel) is not None), sheets[0])

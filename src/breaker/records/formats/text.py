@@ -11,13 +11,11 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from functools import cache
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 
 from breaker.records import words
 from breaker.records.cells import (
-    LARGEST_NUMBER,
     MISSING,
     NOT_A_NUMBER,
     cells_of,
@@ -56,44 +54,37 @@ def read(opened: Opened, form: Mapping) -> list[Sheet]:
     text = _decoded(file, content, encoding, strict=bool(form))
     pair = (form["delimiter"], form["decimal"]) if form else signs_of(_some_lines(text))
     settings = {"encoding": encoding, "delimiter": pair[0], "decimal": pair[1]}
-    return [sheet_of(opened, text, settings, form)]
+    return [sheet_of(opened, text, settings)]
 
 
-def sheet_of(opened: Opened, text: str, settings: Mapping, form: Mapping, title: str = "") -> Sheet:
-    r"""Return the table in a text, whose lines end with ``\n``.
+def sheet_of(opened: Opened, text: str, settings: Mapping, title: str = "") -> Sheet:
+    r"""Return the table in a text, whose lines end with ``\n``; the file keeps it.
 
     Args:
-        opened: The file; it keeps the numbers, so that other settings need not read them again.
         text, settings: The text; its delimiter and its decimal sign, by their keys.
-        form: The section ``endurance.format``, complete; empty if nothing is known.
         title: Name of the text in a file with several texts.
 
     Raises:
         RejectedCurveError: If there are no columns of numbers.
     """
-    file, top = opened.file, _Top(text, settings)
-    if form and not top.lines:
-        raise RejectedCurveError(file, "is empty")
-    wanted = words.wanted_columns(map(top.names, range(len(top.lines))), form) if form else {}
-    if form and form["rate"]:
-        wanted.pop("time", None)  # the rate may replace the column
-    first, named, unit, width = _head(file, top, wanted)
-    names, texts = [] if named is None else top.names(named), [] if unit is None else top.row(unit)
-    width = max(width, len(names), len(texts))
+    key = ("sheet", title, *settings.values())
+    return opened.once(key, lambda: _sheet_of(opened.file, text, settings))
+
+
+def _sheet_of(file: str | Path, text: str, settings: Mapping) -> Sheet:
+    top, delimiter = _Top(text, settings), settings["delimiter"]
+    first, named, unit, width = _head(file, top)
+    names, texts = [] if named is None else top.row(named), [] if unit is None else top.row(unit)
+    names = [name.lstrip("#%! ") or name for name in names[:1]] + names[1:]
+    width = max(len(names), len(texts)) or width
     names = [*names, *[""] * (width - len(names))]
     line = top.numbers[first]
     begin = sum(map(len, text[:BLOCK].split("\n", _TOP)[: line - 1])) + line - 1
     check_size(file, text.count("\n", begin), width, line=line)
-    untimed = form and form["time_column"] is None  # a short line is not a sample
-    least = min(words.places_of(names, wanted["travel"]), default=0) if untimed else 0
-    body = _Body(settings["delimiter"], settings["decimal"], width, least)
-    key = title, settings.get("encoding"), body, begin
-    columns, lines, wrong = opened.once(key, lambda: body.samples(text, begin, line))
-    if not form:  # removes overflow values, such as the resistance of open contacts
-        columns = [np.where(np.abs(c) > LARGEST_NUMBER["time"], np.nan, c) for c in columns]
+    columns, lines, wrong = _samples(text, begin, line, width, settings)
     # If blanks separate cells, they also separate words of the preamble.
     preamble = [
-        [top.lines[k].strip()] if top.delimiter == " " else top.row(k)
+        [top.lines[k].strip()] if delimiter == " " else top.row(k)
         for k in range(first)
         if k not in (named, unit)
     ]
@@ -177,7 +168,7 @@ def _kinds(decimal: str) -> Callable[[str], int]:
 
 _Head = tuple[int, int | None, int | None, int]
 """Places of the first sample, the names and the units among the first lines; and the number of
-columns of the samples, 0 if the names determine it."""
+columns of the samples if nothing names them."""
 
 
 class _Top:
@@ -191,24 +182,11 @@ class _Top:
         self.lines = [lines[i - 1] for i in self.numbers]
         self.row = cache(lambda k: cells_of(self.lines[k], self.delimiter))
 
-    def kinds(self, k: int, places: Sequence[int]) -> list[int]:
-        """Return the kinds of cells of a line; a missing cell counts as a missing sample."""
-        return [self.kind("".join(self.row(k)[place : place + 1])) for place in places]
 
-    def names(self, k: int) -> list[str]:
-        """Return the names in a line."""
-        row = self.row(k)
-        return [row[0].lstrip("#%! ") or row[0], *row[1:]]
-
-
-def _head(file: str | Path, top: _Top, wanted: Mapping[str, str | int]) -> _Head:
+def _head(file: str | Path, top: _Top) -> _Head:
     """Return the head above the first run of lines that are similar to those of the entire text.
-
-    The names are in the last line above the run that contains all wanted names, or else in the last
-    line, or in the line above the units.
+    The names are in the last line above the run, or in the line above the units.
     """
-    needed = [column for kind, column in wanted.items() if kind not in words.BESIDE]
-    places = [column - 1 for column in needed if isinstance(column, int)]
     rows = [cells_of(line, top.delimiter) for line in _some_lines(top.text)] or [[]]
     body = [[*map(top.kind, row)] for row in rows]
     numbers, texts = (np.median([row.count(kind) for row in body]) for kind in (1, -1))
@@ -216,22 +194,17 @@ def _head(file: str | Path, top: _Top, wanted: Mapping[str, str | int]) -> _Head
     @cache
     def fits(k: int) -> bool:
         kinds = [*map(top.kind, top.row(k))]
-        similar = 2 * kinds.count(1) >= numbers > 0 and kinds.count(-1) <= texts
-        return similar and all(kind == 1 for kind in top.kinds(k, places))
+        return 2 * kinds.count(1) >= numbers > 0 and kinds.count(-1) <= texts
 
     for first in range(len(top.lines)):
         run = range(first, min(first + FEWEST, len(top.lines)))
-        if fits(first) and 4 * sum(map(fits, run)) >= 3 * max(len(run), 1 if wanted else 5):
+        if fits(first) and 4 * sum(map(fits, run)) >= 3 * len(run):
             break
     else:
         reason = "has no columns of numbers; is it a text of measurements?"
         remedy = "See endurance.format.delimiter and decimal, or breaker inspect FILE"
-        raise RejectedCurveError(file, f"{reason} {remedy}")
+        raise RejectedCurveError(file, f"{reason} {remedy}" if top.lines else "is empty")
     width, above = max(map(len, body)), first - 1
-    by_names = any(isinstance(column, str) for column in wanted.values())
-    for k in range(above, -1, -1) if by_names else ():
-        if all(words.places_of(top.names(k), column) for column in wanted.values()):
-            return first, k, above if k == above - 1 else None, 0  # unnamed columns do not count
     units = above if above >= 0 and _are_units(top.row(above)) else None
     names = above if units is None else above - 1
     cells = [*filter(None, top.row(names))] if names >= 0 else []
@@ -249,52 +222,54 @@ def _are_units(row: Sequence[str]) -> bool:
     return bool(cells) and 3 * units >= 2 * len(cells)
 
 
-class _Body(NamedTuple):
-    """Reader of samples; a line with at most ``least`` cells is not a sample."""
+_Wrong = dict[int, tuple[int, str]]
+"""Line and reason of the first wrong cell of a column, by its place."""
 
-    delimiter: str
-    decimal: str
-    width: int
-    least: int
 
-    def samples(
-        self, text: str, begin: int, line: int
-    ) -> tuple[list[np.ndarray], np.ndarray, dict[int, tuple[int, str]]]:
-        """Return the columns, the line of each sample, and wrong cells; see ``Sheet``."""
-        wrong: dict[int, tuple[int, str]] = {}
-        parts, lines = {place: [np.zeros(0)] for place in range(self.width)}, [np.zeros(0, int)]
-        while begin < len(text):
-            end = text.find("\n", begin + BLOCK)
-            end = len(text) if end < 0 else end
-            numbers, cells = self._cells(text[begin:end], line, wrong)
-            for place in range(self.width):
-                values, others = strict_numbers(cells[place], self.decimal)
-                parts[place].append(values)
-                if others and place not in wrong:
-                    cell = cells[place][others[0]].strip()[:40]
-                    wrong[place] = int(numbers[others[0]]), f"is {cell!r}, {NOT_A_NUMBER}"
-            lines.append(numbers)
-            begin, line = end + 1, line + text.count("\n", begin, end) + 1
-        return [np.concatenate(part) for part in parts.values()], np.concatenate(lines), wrong
+def _samples(
+    text: str, begin: int, line: int, width: int, settings: Mapping
+) -> tuple[list[np.ndarray], np.ndarray, _Wrong]:
+    """Return the columns, ``(t,)``, and the line of each sample, and wrong cells, of the text from
+    the sign ``begin`` of a line on, block by block.
+    """
+    wrong: _Wrong = {}
+    parts, lines = [[np.zeros(0)] for _ in range(width)], [np.zeros(0, int)]
+    while begin < len(text):
+        end = text.find("\n", begin + BLOCK)
+        end = len(text) if end < 0 else end
+        numbers, cells = _cells(text[begin:end], line, width, settings, wrong)
+        for place in range(width):
+            values, others = strict_numbers(cells[place], settings["decimal"])
+            parts[place].append(values)
+            if others and place not in wrong:
+                cell = cells[place][others[0]].strip()[:40]
+                wrong[place] = int(numbers[others[0]]), f"is {cell!r}, {NOT_A_NUMBER}"
+        lines.append(numbers)
+        begin, line = end + 1, line + text.count("\n", begin, end) + 1
+    return [np.concatenate(part) for part in parts], np.concatenate(lines), wrong
 
-    def _cells(
-        self, part: str, line: int, wrong: dict[int, tuple[int, str]]
-    ) -> tuple[np.ndarray, Sequence[Sequence[str]]]:
-        """Return line numbers of samples and columns of cells of lines; add errors to ``wrong``."""
-        every, width = part.split("\n"), self.width
-        columns = columns_of_alike(every, width, self.delimiter)
-        if columns is not None and not _BLANK_LINE.search(f"\n{part}\n"):
-            return np.arange(line, line + len(every)), columns
-        kept, padded = [], []
-        for number, row in enumerate((cells_of(cells, self.delimiter) for cells in every), line):
-            if not any(row) or is_remark(row) or len(row) <= self.least:
-                continue
-            # Surplus cells come from decimal commas if commas separate cells; if blanks separate
-            # cells and some are missing, their columns are unknown.
-            if any(row[width:]) or (self.delimiter == " " and len(row) < width):
-                reason = f"{len(row)} cells where there are {width} columns"
-                remedy = "see endurance.format.delimiter and endurance.format.decimal"
-                wrong.setdefault(EVERY, (number, f"{reason}; {remedy}"))
-            kept.append(number)
-            padded.append([*row, *[""] * width][:width])
-        return np.array(kept, int), [*zip(*padded, strict=True)] or [()] * width
+
+def _cells(
+    part: str, line: int, width: int, settings: Mapping, wrong: _Wrong
+) -> tuple[np.ndarray, Sequence[Sequence[str]]]:
+    """Return line numbers of samples and columns of cells of lines; add errors to ``wrong``. A line
+    with a single cell that is not a number is not a sample of several columns.
+    """
+    every, delimiter = part.split("\n"), settings["delimiter"]
+    columns = columns_of_alike(every, width, delimiter)
+    if columns is not None and not _BLANK_LINE.search(f"\n{part}\n"):
+        return np.arange(line, line + len(every)), columns
+    kept, padded = [], []
+    for number, row in enumerate((cells_of(cells, delimiter) for cells in every), line):
+        alone = len(row) == 1 < width and not is_number(row[0], settings["decimal"])
+        if not any(row) or is_remark(row) or alone:
+            continue
+        # Surplus cells come from decimal commas if commas separate cells; if blanks separate
+        # cells and some are missing, their columns are unknown.
+        if any(row[width:]) or (delimiter == " " and len(row) < width):
+            reason = f"{len(row)} cells where there are {width} columns"
+            remedy = "see endurance.format.delimiter and endurance.format.decimal"
+            wrong.setdefault(EVERY, (number, f"{reason}; {remedy}"))
+        kept.append(number)
+        padded.append([*row, *[""] * width][:width])
+    return np.array(kept, int), [*zip(*padded, strict=True)] or [()] * width
