@@ -54,10 +54,13 @@ def test_breakers_that_files_state():
 
 @pytest.mark.parametrize(
     ("stated", "expected"),
-    [({"serial": "B", "bay": "e01"}, ["serial number"]), ({"ratio": "1.0"}, ["linkage ratio"])],
+    [
+        ({"serial": "B", "bay": "e01"}, ["serial number"]),
+        ({"ratio": "1.0", "type": "LTB 145"}, ["linkage ratio", "type"]),
+    ],
 )
 def test_what_files_of_two_inspections_state_otherwise(stated, expected):
-    before = [record(1, serial="A", bay="E 01", ratio="1.64")]
+    before = [record(1, serial="A", bay="E 01", ratio="1.64", type="GL 314")]
     differences = stated_differences({"before": before, "today": [record(2, **stated)]})
     assert [difference.values["what"] for difference in differences] == expected
 

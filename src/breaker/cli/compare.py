@@ -34,7 +34,6 @@ def run(options: argparse.Namespace) -> int:
     from breaker.common.document import text_of
     from breaker.common.plain_values import to_json
     from breaker.configuration.definitions import types_of
-    from breaker.diagnosis.identity import phases_left_out
     from breaker.diagnosis.inspection_change import compare_inspections, words_of_change
     from breaker.diagnosis.session import Diagnosis
     from breaker.records.files import Files
@@ -46,8 +45,7 @@ def run(options: argparse.Namespace) -> int:
     for name, files in (("before", options.before), ("today", options.today)):
         single = Diagnosis(config, types=types).of_files(files, choice, opened, options.type)
         inspections[name], stated = single.records, single.type
-        if not (options.phase or options.channel):
-            doubts += phases_left_out(single.records, opened)
+        doubts += single.doubts
     _check_inspections(inspections)
     both = both.of_type(stated) if stated else both
     document = compare_inspections(both, inspections)

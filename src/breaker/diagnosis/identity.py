@@ -115,11 +115,12 @@ def phases_left_out(records: Iterable[DriveRecord], files: Files) -> list[Senten
 
 
 def stated_differences(inspections: Inspections) -> list[Sentence]:
-    """Return differences in ratio, serial number or bay that files of two inspections state."""
+    """Return differences in ratio, serial number, bay or type that two inspections state."""
+    names = {"ratio": "linkage ratio", "serial": "serial number", "bay": "bay", "type": "type"}
     differences = []
-    for name, key in {"linkage ratio": "ratio", "serial number": "serial", "bay": "bay"}.items():
+    for key, name in names.items():
         before, today = (
-            {value for e in records if (value := getattr(e.stated, key))}
+            {v for e in records if (v := getattr(e.operation, key, "") or getattr(e.stated, key))}
             for records in inspections.values()
         )
         if len(before) == len(today) == 1 and {*map(bare, before)} != {*map(bare, today)}:

@@ -47,9 +47,10 @@ def result_of(diagnosis: "Diagnosis") -> Result:
     both = zip(diagnosis.estimates, diagnosis.judge(diagnosis.estimates), strict=True)
     records = [_record(estimate, verdicts, given) for estimate, verdicts in both]
     absent, of_change = _not_judged(diagnosis)
+    doubts = [*diagnosis.doubts, *doubts_about(read)]
     result = {
         # Remarks list all motions that no drive makes.
-        "warnings": [*map(note_of, [*doubts_about(read), *no_drive[:1], *absent])],
+        "warnings": [*map(note_of, [*doubts, *no_drive[:1], *absent])],
         "remarks": [*map(note_of, of_change)],
         "settings": diagnosis.settings._asdict()
         | {"known": given.known, "size": given.size and vars(given.size)},

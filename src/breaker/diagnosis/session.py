@@ -14,7 +14,7 @@ import numpy as np
 from breaker.configuration.definitions import entry_of_type, laid_over
 from breaker.configuration.loading import defaults
 from breaker.diagnosis.estimate import KNOWN_VALUES, DriveRecord, Estimate, EstimateSettings, Given
-from breaker.diagnosis.identity import phase_of
+from breaker.diagnosis.identity import phase_of, phases_left_out
 from breaker.diagnosis.inference import Inference
 from breaker.diagnosis.limits import Verdict, judged
 from breaker.diagnosis.reading import read_operations
@@ -47,6 +47,7 @@ class Diagnosis:
         records, before: Records of the inspection, and of the earlier one.
         overlays: Records compared with a good record.
         same_transducer: Whether both inspections have the same transducer and ratio.
+        doubts: Warnings about the files of the records.
     """
 
     config: Mapping
@@ -60,6 +61,7 @@ class Diagnosis:
     before: Sequence[DriveRecord] = ()
     overlays: "Sequence[Overlay]" = ()
     same_transducer: bool = False
+    doubts: Sequence[str] = ()
 
     @property
     def settings(self) -> EstimateSettings:
@@ -97,7 +99,10 @@ class Diagnosis:
         if len(types) > 1:
             raise ValueError(say("several-types", types=", ".join(types)))
         diagnosis = self.of_type(*types) if types else self
-        return replace(diagnosis, records=diagnosis.read(listed, choice.motions, files))
+        records = diagnosis.read(listed, choice.motions, files)
+        chosen = choice.every or choice.phase or choice.channels
+        doubts = [] if chosen else phases_left_out(records, files)
+        return replace(diagnosis, records=records, doubts=doubts)
 
     def read(
         self, operations: Operations, motions: Sequence[str] = MOTIONS, files: Files | None = None

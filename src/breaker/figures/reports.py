@@ -49,7 +49,7 @@ def comparison(document: "InspectionChange") -> Figure:
     farthest = 1.08 * max((abs(x) for change in shares for x in change), default=0.0)
     extent = min(max(farthest, _LEAST_EXTENT), _EXTENT)
     for y, row in enumerate(rows, start=1):
-        _change(axis, y, row)
+        _change(axis, y, row, extent)
         values = ""
         if row.measured:
             before, today = in_digits(row.before, 4), in_digits(row.today, 4)
@@ -69,8 +69,8 @@ def comparison(document: "InspectionChange") -> Figure:
     return figure
 
 
-def _change(axis: Axes, y: int, row: "QuantityChange") -> None:
-    """Draw a change in percent with its interval; the interval may extend beyond the axis."""
+def _change(axis: Axes, y: int, row: "QuantityChange", extent: float) -> None:
+    """Draw a change in percent with its interval; an arrow stands for a change beyond the axis."""
     if row.shown[2] != "%":
         return
     label, colour = "no change detected", style.PRIOR
@@ -79,8 +79,10 @@ def _change(axis: Axes, y: int, row: "QuantityChange") -> None:
         colour = style.WARNING if row.is_worse else style.CHANGED
     low, middle, high = row.if_changed if row.changed else row.change
     axis.hlines(y, low, high, color=colour, lw=2.4, label=label)
-    look = {"mec": "white"} if row.changed else {"mfc": "white"}
-    axis.plot(middle, y, "s" if row.measured else "o", color=colour, ms=7, **look)
+    look, mark = {"mec": "white"} if row.changed else {"mfc": "white"}, "s" if row.measured else "o"
+    if abs(middle) > extent:
+        middle, mark = np.copysign(0.98 * extent, middle), ">" if middle > 0.0 else "<"
+    axis.plot(middle, y, mark, color=colour, ms=7, **look)
 
 
 def report_page(report: "Report") -> str:
