@@ -1,4 +1,4 @@
-"""Drives Debian's Chromium by its ChromeDriver: the few words of WebDriver that a walk needs."""
+"""Drive Debian's Chromium by its ChromeDriver, with the few commands of WebDriver that are used."""
 
 import base64
 import json
@@ -7,10 +7,11 @@ import socket
 import subprocess
 import time
 import urllib.request
+from collections.abc import Callable
 from pathlib import Path
 
-TAB, ENTER = "\ue004", "\ue007"
-_ELEMENT = "element-6066-11e4-a52e-4f735466cecf"  # the key of an element, as the standard has it
+ENTER = "\ue007"
+_ELEMENT = "element-6066-11e4-a52e-4f735466cecf"  # key of an element, by the standard
 _FLAGS = (
     *("--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run"),
     *("--disable-background-networking", "--disable-component-update", "--disable-sync"),
@@ -18,41 +19,34 @@ _FLAGS = (
 
 
 class Browser:
-    """A browser with an empty profile; what it downloads goes into a folder.
+    """A browser with an empty profile; downloads go into a folder.
 
     Args:
-        folder: Of its profile and downloads.
-        size: Width and height of what it shows of a page, pixels.
+        folder: Folder of profile and downloads.
+        size: Width and height of the window, pixels.
         dark: Whether it prefers dark pages.
     """
 
-    def __init__(self, folder: Path, size: tuple[int, int] = (1280, 800), dark: bool = False):
+    def __init__(self, folder: Path, size: tuple[int, int], dark: bool = False):
         driver = shutil.which("chromedriver")
         if driver is None:
-            raise SystemExit("no ChromeDriver is here: apt install chromium chromium-driver")
+            raise SystemExit("there is no ChromeDriver. Run: apt install chromium chromium-driver")
         with socket.create_server(("127.0.0.1", 0)) as free:
             port = free.getsockname()[1]
         self.process = subprocess.Popen([driver, f"--port={port}"], stdout=subprocess.DEVNULL)
         self.base = f"http://127.0.0.1:{port}"
-        self.until(self._ready, "ChromeDriver")
+        self.until(lambda: self._ask("/status")["ready"], "ChromeDriver")
         options = {
             "args": [*_FLAGS, f"--user-data-dir={folder / 'profile'}"],
             "prefs": {"download.default_directory": str(folder)},
         }
-        logs = {"browser": "ALL", "performance": "ALL"}
-        wanted = {"goog:chromeOptions": options, "goog:loggingPrefs": logs}
+        wanted = {"goog:chromeOptions": options, "goog:loggingPrefs": {"browser": "ALL"}}
         session = self._ask("/session", {"capabilities": {"alwaysMatch": wanted}})
         self.base += f"/session/{session['sessionId']}"
         scheme = [{"name": "prefers-color-scheme", "value": "dark" if dark else "light"}]
         self._order("Emulation.setEmulatedMedia", features=scheme)
         about = {"width": size[0], "height": size[1], "deviceScaleFactor": 1, "mobile": False}
         self._order("Emulation.setDeviceMetricsOverride", **about)
-
-    def _ready(self) -> bool:
-        try:
-            return self._ask("/status")["ready"]
-        except OSError:
-            return False
 
     def _ask(self, path: str, body: dict | None = None):
         content = None if body is None else json.dumps(body).encode()
@@ -68,46 +62,37 @@ class Browser:
         self._ask("/url", {"url": address})
 
     def find(self, selector: str) -> str:
-        """An element by its CSS selector, once it is there."""
-
-        def result():
-            try:
-                return self._ask("/element", {"using": "css selector", "value": selector})
-            except OSError:
-                return None
-
-        return self.until(result, selector)[_ELEMENT]
+        """Wait for an element, and return its identifier."""
+        by = {"using": "css selector", "value": selector}
+        return self.until(lambda: self._ask("/element", by), selector)[_ELEMENT]
 
     def click(self, selector: str) -> None:
         """Click on an element."""
         self._act(selector, "click", {})
 
     def type(self, selector: str, text: str) -> None:
-        """Type into a field what replaces its text, or name files to a field of files."""
+        """Type into a field."""
         self._act(selector, "value", {"text": text})
 
     def _act(self, selector: str, action: str, body: dict) -> None:
-        """Act on an element; again if a script has replaced it meanwhile."""
+        """Act on an element; again if a new page has replaced it meanwhile."""
 
-        def acted():
-            try:
-                self._ask(f"/element/{self.find(selector)}/{action}", body)
-            except OSError:
-                return False
+        def acted() -> bool:
+            self._ask(f"/element/{self.find(selector)}/{action}", body)
             return True
 
         self.until(acted, selector)
 
-    def run(self, script: str, *arguments):
-        """What a script returns in the page."""
-        return self._ask("/execute/sync", {"script": script, "args": list(arguments)})
+    def run(self, script: str):
+        """Return the result of a script in the page."""
+        return self._ask("/execute/sync", {"script": script, "args": []})
 
-    def run_until(self, script: str, *arguments):
-        """What a script hands to the function that is its last argument."""
-        return self._ask("/execute/async", {"script": script, "args": list(arguments)})
+    def run_until(self, script: str):
+        """Return the result that a script hands to the function that is its last argument."""
+        return self._ask("/execute/async", {"script": script, "args": []})
 
     def picture(self, file: Path, whole: bool = False) -> None:
-        """Take a picture of what is shown of the page, or of the whole page."""
+        """Take a picture of the window, or of the entire page."""
         time.sleep(0.5)  # until curves are painted
         more = {}
         if whole:
@@ -116,25 +101,23 @@ class Browser:
         picture = self._order("Page.captureScreenshot", **more)["data"]
         file.write_bytes(base64.b64decode(picture))
 
-    def log(self, kind: str) -> list[dict]:
-        """What was logged since it was last asked for: "browser" or "performance"."""
-        return self._ask("/se/log", {"type": kind})
-
-    def requests(self) -> list[str]:
-        """Addresses that pages asked for since this was last asked."""
-        result = (json.loads(item["message"])["message"] for item in self.log("performance"))
-        sent = (item for item in result if item["method"] == "Network.requestWillBeSent")
-        return [item["params"]["request"]["url"] for item in sent]
+    def errors(self) -> list[str]:
+        """Return the new errors of pages."""
+        entries = self._ask("/se/log", {"type": "browser"})
+        return [entry["message"] for entry in entries if entry["level"] == "SEVERE"]
 
     @staticmethod
-    def until(result, what: str, most: float = 120.0):
-        """What is found, once it is."""
+    def until(find: Callable, what: str, most: float = 120.0):
+        """Return a result once there is one; a function that raises an OSError has none."""
         end = time.monotonic() + most
-        while not (value := result()):
-            if time.monotonic() > end:
-                raise AssertionError(f"{what} did not come in {most:.0f} s")
+        while time.monotonic() < end:
+            try:
+                if value := find():
+                    return value
+            except OSError:
+                pass
             time.sleep(0.05)
-        return value
+        raise AssertionError(f"{what} did not come in {most:.0f} s")
 
     def end(self) -> None:
         """End the browser and its driver."""

@@ -42,20 +42,13 @@ class Views:
         return self("/set?file=line.csv", type=of_type, quantity=quantity, low=low, high=high)
 
     def motions(self, query):
-        """Data of the plots of an inspection, one for each motion."""
+        """Curves and marks of the motions of an inspection, ``(2, n)``, by phase and name."""
         page = self(f"/inspection?{query}")
-        return json.loads(re.search('id="data">(.*?)</script>', page)[1])
-
-    def curves(self, query, motion=0):
-        """Times and values of the curves of a motion, by phase and name."""
-        panels = self.motions(query)[motion]["panels"]
-        result = [curve for panel in panels for curve in panel["curves"]]
-        return {
-            f"{curve['phase']} {curve['name']}": {
-                axis: np.array(curve[axis], dtype=float) for axis in "xy"
-            }
-            for curve in result
-        }
+        for motion in json.loads(re.search('id="data">(.*?)</script>', page)[1]):
+            lines = [curve for panel in motion["panels"] for curve in panel["curves"]]
+            named = {f"{e['phase']} {e['name']}": e for e in lines}
+            named |= {mark["name"]: mark for mark in motion["marks"]}
+            yield {name: np.array([e["x"], e["y"]], float) for name, e in named.items()}
 
 
 class Page:

@@ -79,44 +79,41 @@ def test_the_entry_of_a_type_scales_its_records(ask):
 
 def test_a_motion_has_a_plot_with_all_phases_as_the_file_has_them(ask):
     columns = record(rate=5.0, motions=("closing", "opening"), noise=0.01)
-    assert len(ask.motions(TODAY)) == 2
-    for motion in (0, 1):
-        result = ask.curves(TODAY, motion)
+    closing, opening = ask.motions(TODAY)
+    for result in (closing, opening):
         for k, phase in enumerate("RYB"):
             assert {f"{phase} velocity", f"{phase} contact"} <= {*result}
-            travel = result[f"{phase} travel"]
-            there = columns[f"Travel {k + 1} (mm)"][np.rint(5.0 * travel["x"]).astype(int)]
-            assert travel["y"] == pytest.approx(there, abs=1e-4, nan_ok=True)
+            time, travel = result[f"{phase} travel"]
+            there = columns[f"Travel {k + 1} (mm)"][np.rint(5.0 * time).astype(int)]
+            assert travel == pytest.approx(there, abs=1e-4, nan_ok=True)
 
 
 def test_planted_values_are_measured_and_shown_where_they_are(ask):
-    result = ask.curves(LINE)[" velocity"]
-    within = (result["x"] > 55) & (result["x"] < 105)
-    assert result["y"][within] == pytest.approx(100 / 60, rel=1e-3)
+    (result,) = ask.motions(LINE)
+    time, velocity = result[" velocity"]
+    assert velocity[(time > 55) & (time < 105)] == pytest.approx(100 / 60, rel=1e-3)
     assert value(ask, LINE, "travel time") == pytest.approx(48.0, rel=2e-3)
-    marks = {mark["name"]: mark for mark in ask.motions(LINE)[0]["marks"]}
-    first = marks["first motion"]
-    assert [first["x"], first["y"]] == pytest.approx([49.0, 0.0], abs=1.5)
+    assert result["first motion"] == pytest.approx([49.0, 0.0], abs=1.5)
 
 
 def test_the_inspection_before_and_a_reference_lie_over_it(ask, folder):
     good = str(folder / "curves" / "today.csv")
     ask.types.write_text(yaml.safe_dump({"LTB 420": {"reference": good}}))
-    result = ask.curves("file=one.csv&before=old.csv")
-    (own,) = (data for name, data in result.items() if name.endswith(" travel"))
+    (result,) = ask.motions("file=one.csv&before=old.csv")
+    ((time, travel),) = (data for name, data in result.items() if name.endswith(" travel"))
     for which in ("earlier", "reference"):
         (laid,) = (data for name, data in result.items() if f"{which}:" in name)
-        near = np.abs(laid["x"] - np.interp(89.0, own["y"], own["x"])) < 5.0
-        difference = np.interp(laid["x"][near], own["x"], own["y"]) - laid["y"][near]
+        near = laid[:, np.abs(laid[0] - np.interp(89.0, travel, time)) < 5.0]
+        difference = np.interp(near[0], time, travel) - near[1]
         assert np.abs(difference).max() < 2.0  # mm; in half a sample it moves 0.5 mm
 
 
 def test_a_doubtful_sample_is_drawn_as_one(tmp_path):
     line(tmp_path / "spike.csv", spike=20.0)
-    result = Views(tmp_path, tmp_path).curves("file=spike.csv")
-    at = result[" travel"]["x"] == 80.0
-    assert np.isnan(result[" travel"]["y"][at])
-    assert result[" doubtful samples"]["y"][at] == pytest.approx(70.0, abs=1e-6)
+    (result,) = Views(tmp_path, tmp_path).motions("file=spike.csv")
+    (time, travel), (_, doubtful) = result[" travel"], result[" doubtful samples"]
+    assert np.isnan(travel[time == 80.0])
+    assert doubtful[time == 80.0] == pytest.approx(70.0, abs=1e-6)
 
 
 @pytest.mark.parametrize("rate", ["", "-3", "fast", "20"])
