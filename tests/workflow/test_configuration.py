@@ -160,17 +160,17 @@ model: {simulator: mine}
 training: {learning_rate: 1e-3}
     training.learning_rate is "1e-3": must be a valid number
 bank:
-    bank is null: must be a section
+    bank is null: must be a valid dictionary
 sensor: {stop: .inf}
     sensor.stop
 motions: [closing, closing]
     motions is
 endurance: {curves: 2024-11-20, events: {12: [f], oil: 2024-11-20}}
     endurance.curves is "2024-11-20"
-    endurance.events[12] is not a key
+    endurance.events[12] is not a known key
     endurance.events.oil
 endurance: {format: {ratio: 1,3}}
-    endurance.format[3] is not a key
+    endurance.format[3] is not a known key
     such as 1.3
 # limits
 limits: [{name: a, motion: closed, uper: {f: 1}}]
@@ -180,7 +180,7 @@ limits: [{name: a, motion: closing}, {name: a, motion: opening, lower: {f: 1}}]
     limits[0]
     limits has a name twice
 limits: [{name: a, motion: closing, lower: {closing_speed: 1.3 m/s}, tolerance: 3 mm}]
-    limits[0].lower.closing_speed is "1.3 m/s": must be a valid number. Or it must be a perc
+    limits[0].lower.closing_speed is "1.3 m/s": must be a number in mm, ms or m/s without its unit
     limits[0].tolerance is "3 mm"
 limits: [{name: a, motion: closing, of: record, lower: {closing velocity: 1}}]
     closing_speed

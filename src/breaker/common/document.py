@@ -2,7 +2,7 @@
 
 import re
 from base64 import b64encode
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
@@ -57,15 +57,12 @@ class Table:
         rows: A cell for each column, or a title or remark that spans the row.
         title: Title of the table.
         notes: Sentences below it.
-        form: Columns on a terminal, as a format of ``str.format``; a last column without a width
-            is wrapped. Without a form, columns are as wide as their cells.
     """
 
     head: Sequence[str] = ()
     rows: Sequence[Sequence[str] | str | Remark] = ()
     title: str = ""
     notes: Sequence[str] = ()
-    form: str = ""
 
 
 @dataclass(frozen=True)
@@ -125,25 +122,16 @@ def wrapped(text: str, first: str = "  ", indent: str = "    ") -> list[str]:
 
 
 def _rows(table: Table) -> Iterator[list[str]]:
-    """Yield the lines of the head and of each row."""
+    """Yield the lines of the head and of each row; columns are as wide as their cells."""
     rows = [table.head, *table.rows] if table.head else table.rows
     cells = [row for row in rows if not isinstance(row, str | Remark)]
-    form = table.form or (_fitting(cells) if cells else "")
+    widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
     for row in rows:
         if isinstance(row, str | Remark):
             yield lines_of(row)
-        elif form.endswith("{}"):
-            begin = form.format(*row[:-1], "")
-            lines = wrapped(row[-1], begin, " " * len(begin)) or [begin]
-            yield [line.rstrip() for line in lines]
         else:
-            yield [form.format(*row).rstrip()]
-
-
-def _fitting(rows: Iterable[Sequence[str]]) -> str:
-    """Return a form with columns as wide as their cells, the first aligned left, others right."""
-    first, *others = (max(map(len, column)) for column in zip(*rows, strict=True))
-    return "  ".join([f"{{:<{first}}}", *(f"{{:>{width}}}" for width in others)])
+            right = [cell.rjust(width) for cell, width in zip(row, widths, strict=True)]
+            yield ["  ".join([row[0].ljust(widths[0]), *right[1:]]).rstrip()]
 
 
 # ---- HTML ----------------------------------------------------------------------------------------

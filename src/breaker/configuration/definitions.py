@@ -25,8 +25,7 @@ def types_of(config: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
     """Return the entries of the file ``types`` by type; raise a ConfigurationError if wrong."""
     if not config["types"]:
         return {}
-    from breaker.configuration.checking import problems
-    from breaker.configuration.settings import TypesFile
+    from breaker.configuration.settings import TypesFile, problems
 
     types = read(config["types"])
     if wrong := problems(TypesFile, types):

@@ -99,9 +99,8 @@ def check(config: Mapping, *, source: str = "", curves: bool = True) -> None:
     Raises:
         ConfigurationError: If anything is wrong; the message lists all problems.
     """
-    from breaker.configuration.checking import problems
     from breaker.configuration.consistency import broken
-    from breaker.configuration.settings import Settings
+    from breaker.configuration.settings import Settings, problems
 
     wrong = problems(Settings, config) or dict(broken(config, curves=curves))
     if wrong:

@@ -1,15 +1,24 @@
 """All settings with type, default, description and bounds, in a tree as in the files.
 
 ``make defaults`` writes the files in ``config``, the JSON schema and the page of settings from
-this tree, and ``checking`` compares a configuration with them.
+this tree, and ``problems`` compares a configuration with it.
 """
 
+import json
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from copy import deepcopy
 from typing import Annotated, Any, Literal
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, RootModel, create_model
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    ConfigDict,
+    Field,
+    RootModel,
+    ValidationError,
+    create_model,
+)
 
 from breaker.configuration.loading import WIDEST
 from breaker.model.parameters import NAMES
@@ -44,10 +53,11 @@ def _text(most: int = 1000, **more: Any) -> Any:
     return Annotated[str, Field(min_length=1, max_length=most, **more)]
 
 
-def _form(most: int, pattern: str, words: str) -> Any:
-    """Return a text type for a pattern; messages state ``words`` instead of the pattern."""
-    kind = _text(most, json_schema_extra={"pattern": pattern})
-    return _where(kind, re.compile(pattern).fullmatch, f"must be {words}")
+def _form(most: int, pattern: str, words: str, number: Any = None) -> Any:
+    """Return a text type for a pattern, or also a number; messages state ``words``."""
+    text, fits = _text(most, json_schema_extra={"pattern": pattern}), re.compile(pattern).fullmatch
+    kind = text if number is None else number | text
+    return _where(kind, lambda value: not isinstance(value, str) or fits(value), f"must be {words}")
 
 
 def _number(kind: type, low: float | None = None, high: float | None = None, **more: Any) -> Any:
@@ -78,10 +88,13 @@ Points = _list(_text(100), 2, 2)
 _SPEED = r"^(closing|opening)_speed(_[a-z0-9_]+)?$"
 SpeedName = _form(100, _SPEED, "closing_speed or opening_speed, or one of these with _ and a name")
 Speeds = Annotated[dict[SpeedName, Points | None], AfterValidator(speeds_of)]
-Bound = Amount | _form(14, r"^[+-]?[0-9]{1,4}(\.[0-9]{1,6})? ?%$", "a percentage, with of: change")
+_PERCENTAGE = r"^[+-]?[0-9]{1,4}(\.[0-9]{1,6})? ?%$"
+_BOUND = "a number in mm, ms or m/s without its unit, or a percentage with of: change"
+Bound = _form(40, _PERCENTAGE, _BOUND, Amount)
 Quantity = _form(40, r"^[+-]?[0-9]+(\.[0-9]+)? \S+$", "a number and its unit, such as 14.1 mm")
 _TOLERANCE = r"^(±|\+/?-)? ?[0-9]{1,6}(\.[0-9]{1,6})? ?%?$"
-Tolerance = _number(float, high=1e6, gt=0) | _form(20, _TOLERANCE, "a text such as 3 % or ±0.4")
+_POSITIVE = _number(float, high=1e6, gt=0)
+Tolerance = _form(20, _TOLERANCE, "a number, or a text such as 3 % or ±0.4", _POSITIVE)
 Text = _text()
 Unit = Literal["mm", "cm", "m", "um", "inch", "deg", "rad", "V", "counts", "%"]
 Stroke = _list(_number(float, high=1000, gt=0), 2, 2)
@@ -345,3 +358,47 @@ TypeEntry = _section(
     reference=(Text | None, None),
 )
 TypesFile = RootModel[dict[Text, TypeEntry]]
+
+
+# ---- problems ------------------------------------------------------------------------------------
+
+
+def problems(section: type[Section], content: Any) -> dict[str, str]:
+    """Return problems in the content of a section by key; a text continues after the key."""
+    wrong: dict[str, str] = {}
+    try:
+        section.model_validate(content)
+    except ValidationError as error:
+        for failure in error.errors(include_url=False):
+            if failure["type"] != "missing" or failure["loc"][0] != "by_motion":  # only differences
+                wrong.setdefault(*_problem(failure, content))
+    return wrong
+
+
+def _problem(failure: Mapping, content: Any) -> tuple[str, str]:
+    """Return the key of an error of pydantic, and the problem of its value in words."""
+    place, kind = failure["loc"], failure["type"]
+    words = failure["msg"].removeprefix("Value error, ").partition(" or instance of")[0]
+    words = re.sub("^(Input|String|List|Dictionary) should", "must", words).removesuffix(".") + "."
+    if kind in ("missing", "extra_forbidden"):
+        return _dotted(place), "is missing." if kind == "missing" else "is not a known key."
+    if kind == "invalid_key" or place[-1] == "[key]":
+        named = kind not in ("invalid_key", "string_type")
+        remedy = words if named else "Write numbers with a point, such as 1.3, and quote texts."
+        return _dotted(place[: -(place[-1] == "[key]") or None]), f"is not a known key: {remedy}"
+    length, value = 0, content
+    for part in place:  # after the key, pydantic appends the type that it tried
+        try:
+            value = value[part]
+        except (KeyError, IndexError, TypeError):
+            break
+        length += 1
+    shown = json.dumps(value, ensure_ascii=False, default=str, skipkeys=True)
+    shown = f"{shown[:57]}..." if len(shown) > 60 else shown
+    return _dotted(place[:length]), f"is {shown}: {words}"
+
+
+def _dotted(key: tuple[str | int, ...]) -> str:
+    """Write a key as ``network.summary.kernels[0]``."""
+    parts = (f"[{part}]" if type(part) is int else f".{part}" for part in key)
+    return "".join(parts).removeprefix(".")

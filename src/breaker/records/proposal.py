@@ -24,8 +24,6 @@ from breaker.records.settings import FORMAT, TO_MM
 from breaker.records.words import BESIDE
 
 _USUAL = 15.0  # mm, stroke that is assumed in the trial reading if the ratio is unknown
-_MOTIONS = "  {:<12}  {:<8}  {:>12}  {:>9}  {:>9}  {:>8}  {:>8}  {:<1}"
-_BESIDE = "  {:<12}  {:<8}  {}  {:<1}"
 _LINE = {"default_flow_style": True, "width": np.inf, "sort_keys": False}
 ITEM = "  - "
 """Beginning of an item of a list on a terminal."""
@@ -154,7 +152,7 @@ def _motions(proposal: Proposal) -> Table:
             sizes = in_digits(record.segment.stroke, 4), in_digits(motion.result.noise.sd, 2)
             begins, ends = record.moves, (*sizes, str(record.masked), "accepted")
         rows.append((place, motion.motion, f"{begins:.1f}", f"{motion.arrives:.1f}", *ends))
-    return Table((*heads, "as proposed"), rows, "  times in ms, lengths in mm", form=_MOTIONS)
+    return Table((*heads, "as proposed"), rows, "  times in ms, lengths in mm")
 
 
 def _wired(proposal: Proposal) -> Table:
@@ -165,4 +163,4 @@ def _wired(proposal: Proposal) -> Table:
         current = current and f", test current {current}"
         if contact or coil:
             rows[str(motion.column), motion.motion, f"{contact}{current}", f"{coil}"] = None
-    return Table(rows=[*rows], title="  contacts and coils of each travel", form=_BESIDE)
+    return Table(rows=[*rows], title="  contacts and coils of each travel")
