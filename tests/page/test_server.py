@@ -1,15 +1,12 @@
 """`breaker view` over HTTP: whom it answers, and what changes while it runs."""
 
-import asyncio
 import re
 import subprocess
 import sys
 
-import pytest
-
 from breaker.cli import main
-from breaker.page.server import HOST, POLICY, PageServer
-from tests.page.conftest import FORM, Page, Views, line
+from breaker.page.server import HOST, POLICY
+from tests.page.conftest import FORM, Page, line
 
 LINE = "file=line.csv"
 LIMIT = "type=T&quantity=closing+stroke&low=50&high=60"
@@ -99,16 +96,3 @@ def test_errors_of_the_command_are_one_line(page, capsys):
     for words in ([folder / "none"], [folder, "--example"], [folder, "--port", page.port]):
         assert main(["view", *map(str, words)]) == 1
         assert capsys.readouterr().err.count("\n") == 1
-
-
-def test_the_worker_ends_with_the_page_after_any_error(folder, tmp_path):
-    """Planted fault: an error before the wait left a thread, and the process."""
-    server = PageServer(Views(folder / "curves", tmp_path).session)
-
-    def ready():
-        raise KeyError
-
-    with pytest.raises(KeyError):
-        asyncio.run(server.serve(asyncio.Event(), ready))
-    with pytest.raises(RuntimeError):
-        server.worker.submit(int)

@@ -8,7 +8,8 @@ async function judgeList() {
   for (const row of all("tr[data-query]")) {
     const cell = row.querySelector(".verdict");
     if (cell.textContent) continue; // the file cannot be read
-    const { verdict, text } = await (await fetch(`/verdict?${row.dataset.query}`)).json();
+    const answer = await fetch(`/verdict?${row.dataset.query}`);
+    const { verdict, text } = answer.ok ? await answer.json() : { verdict: "unread", text: "not readable" };
     Object.assign(cell, { textContent: text, className: `verdict ${verdict}` });
   }
   document.body.dataset.complete = "";
