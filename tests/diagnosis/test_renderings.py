@@ -14,12 +14,8 @@ from breaker.common.document import (
 
 HOSTILE = '<script>alert("$x$")</script>&amp;\u202e\u200b\x1b'
 ROWS = [("stroke", Cell("178", "bad")), "a group", Remark("why")]
-PARTS = [
-    Table(title="a section", rows=["a line", Remark("a remark"), ("left", "right")]),
-    Table(("name", "value"), ROWS, "a table", ["a note"]),
-]
-WORDS = ["summed up", "a section", "a line", "a remark", "left", "right", "a table", "name"]
-WORDS += ["value", "stroke", "178", "a group", "why", "a note"]
+PARTS = [Table(("name", "value"), ROWS, "a table", ["a note"])]
+WORDS = ["summed up", "a table", "name", "value", "stroke", "178", "a group", "why", "a note"]
 REPORT = Document("a title", [("Breaker", "Q1")], [Cell("summed up", "good")], PARTS)
 
 
@@ -31,7 +27,6 @@ def test_both_renderings_have_every_word_in_its_order():
         assert -1 not in places
         assert places == sorted(places)
     assert '<td class="bad">178</td>' in html
-    assert '<p class="good">summed up</p>' in html
 
 
 def test_no_word_is_markup_or_a_sign_that_a_page_obeys():

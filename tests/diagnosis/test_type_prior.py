@@ -12,7 +12,6 @@ from breaker.cli import main
 from breaker.common.randomness import generator
 from breaker.configuration.definitions import family_of
 from breaker.configuration.loading import load
-from breaker.diagnosis.estimate import Given
 from breaker.diagnosis.session import Diagnosis
 from breaker.diagnosis.type_prior import DrawnType, fit_type, list_type, warnings_of
 from breaker.family.drive_family import Family
@@ -25,7 +24,6 @@ from breaker.records.folder import list_operations
 USUAL = np.array([0.2, 0.15, 0.2, 0.2, 0.4, 0.1, 0.05])
 HEAD = "file,motion,operation,breaker"
 SHARE = 0.5  # spread between breakers of a type, in log-sds of the default prior
-TYPES, BREAKERS, FURTHER = 3, 3, 3
 
 pytestmark = pytest.mark.usefixtures("a_quarter_of_the_draws")
 
@@ -141,57 +139,6 @@ def test_operations_of_one_type_are_chosen_and_a_copy_counts_once(tmp_path, writ
         list_type([folder], MOTIONS, "")
     with pytest.raises(FileNotFoundError):
         list_type([folder, tmp_path / "nowhere"], MOTIONS)  # not left out in silence
-
-
-# ---- the prior -----------------------------------------------------------------------------------
-
-
-def fit_of(number, prior, asked, folder):
-    """Fitted prior of a type, its truth, and further breakers with their records."""
-    rng = generator(4, "test type", number)
-    true = type_of(prior, rng)
-    drives = breakers_of(true, BREAKERS + FURTHER, rng)
-    listed = list_type([write_breakers(folder, drives, rng)], MOTIONS)
-    first, rest = {}, {}
-    for motion, operations in listed.items():
-        first[motion] = [one for one in operations if int(one.breaker[1:]) < BREAKERS]
-        rest[motion] = [one for one in operations if one not in first[motion]]
-    records, further = asked.read(rest), []
-    for k in range(BREAKERS, BREAKERS + FURTHER):
-        own = [record for record in records if record.operation.breaker == f"Q{k}"]
-        further.append((drives[k], own))
-    return true, fit_type(first, asked), further
-
-
-@pytest.mark.slow
-def test_medians_are_recovered_and_further_breakers_are_inferred_better(prior, asked, tmp_path):
-    """63 parameters of 9 breakers, 90 % of them in their intervals: with an effective number of
-    24 independent ones, less than 70 % has a probability below 1e-3. A prior that is four times
-    too narrow fails: the planted fault.
-    """
-    inside, ratios, below = {"none": [], "fitted": [], "narrow": []}, [], []
-    for number in range(TYPES):
-        true, fitted, further = fit_of(number, prior, asked, tmp_path / str(number))
-        off = np.log(fitted.drawn.medians / true.medians)
-        assert np.all(np.abs(off) < 3.5 * fitted.drawn.log_sds)
-        below.append(fitted.prior.log_sds < true.log_sds)
-        narrow = replace(fitted.prior, log_sds=fitted.prior.log_sds / 4.0)
-        known = {"none": Given(), "fitted": Given(Size(), fitted.prior)}
-        known["narrow"] = Given(Size(), narrow)
-        for drive, records in further:
-            widths = {}
-            for name, given in known.items():
-                estimate = replace(asked, given=given).infer(records[:1])[0]
-                theta = np.full((1, 7), np.nan) if estimate.draws is None else estimate.draws.theta
-                low, high = np.quantile(np.log(theta), [0.05, 0.95], axis=0)
-                widths[name] = high - low
-                contains = (low <= np.log(drive.theta)) & (np.log(drive.theta) <= high)
-                inside[name].append(contains)
-            ratios.append(widths["fitted"] / widths["none"])
-    assert np.mean(below) <= 0.1
-    assert np.mean(inside["fitted"]) > 0.7
-    assert np.mean(inside["narrow"]) < 0.7
-    assert np.nanmedian(ratios) < 0.8
 
 
 # ---- the command ---------------------------------------------------------------------------------

@@ -2,11 +2,10 @@
 
 import numpy as np
 import pytest
-import yaml
 
 from breaker.cli import main
 from breaker.configuration.definitions import simulated_test
-from breaker.configuration.loading import defaults, load
+from breaker.configuration.loading import defaults
 from breaker.family.endurance import EnduranceTest
 from breaker.family.exports import (
     CHANNELS,
@@ -17,7 +16,7 @@ from breaker.family.exports import (
 from breaker.model.parameters import MOTIONS
 from breaker.records.curves import Grid, read_curves
 from breaker.records.operations import Operation
-from breaker.records.proposal import inspect_file, overlay_of
+from breaker.records.proposal import inspect_file
 
 OPERATIONS = range(1, 4)
 
@@ -34,28 +33,16 @@ def exports(tmp_path_factory, drive):
     return folder, write_close_opens(drive, 1, folder, OPERATIONS)
 
 
-@pytest.fixture(scope="module")
-def overlay(exports, tmp_path_factory):
-    """The settings proposed for the first file."""
-    file = tmp_path_factory.mktemp("config") / "rack.yaml"
-    proposal = inspect_file(exports[0] / "rack_0001.txt", defaults()["sensor"])
-    file.write_text(overlay_of(proposal), encoding="utf-8")
-    return file
-
-
-def test_inspection_leads_to_accepted_records_of_all_channels(exports, overlay):
+def test_inspection_leads_to_accepted_records_of_all_channels(exports):
     """First motions are 0.5 to 0.7 ms late at size 1 in closing, as the closing force builds up."""
-    folder, starts = exports
-    content = yaml.safe_load(overlay.read_text(encoding="utf-8"))
-    assert content.keys() == {"endurance"}  # breaker fit-prior proposes the rest
-    config = load([overlay])
-    sensor, format_ = config["sensor"], config["endurance"]["format"]
+    (folder, starts), sensor = exports, defaults()["sensor"]
+    settings = inspect_file(folder / "rack_0001.txt", sensor).settings
     grid = Grid(np.linspace(sensor["start"], sensor["stop"], sensor["samples"]), sensor["noise_sd"])
     for motion in MOTIONS:
         for i, channel in enumerate(CHANNELS):
-            files = [folder / f"rack_{n:04d}.txt" for n in OPERATIONS]
-            operations = [Operation(n, f, channel=channel) for n, f in enumerate(files, start=1)]
-            curves = read_curves(operations, format_, grid, motion)
+            files = {n: folder / f"rack_{n:04d}.txt" for n in OPERATIONS}
+            operations = [Operation(n, file, channel=channel) for n, file in files.items()]
+            curves = read_curves(operations, settings, grid, motion)
             assert curves.accepted.all(), curves.reason.values
             assert (curves.remarks == "").all(), curves.remarks.values
             assert not np.isnan(curves.travel).any()

@@ -8,8 +8,6 @@ import pytest
 from breaker.configuration.definitions import family_of
 from breaker.family.drive_family import Family
 from breaker.family.rich_drive import SIZES
-from breaker.model.parameters import NAMES
-from breaker.model.prior import Prior
 
 
 @pytest.fixture(scope="module")
@@ -67,15 +65,6 @@ def test_parameters_are_draws_of_the_prior_in_which_drives_hold(prior, drives):
     np.testing.assert_allclose(z.mean(0), 0.0, atol=0.2)
     np.testing.assert_allclose(z.std(0), 1.0, atol=0.15)
     assert all(drive.holds for drive in drives)
-
-
-def test_a_drive_that_does_not_hold_is_drawn_again(prior, family):
-    """Half of this prior's drives are too weak for their springs once these are preloaded."""
-    medians = prior.medians.copy()
-    medians[NAMES.index("f")] = medians[NAMES.index("k_a")] * medians[NAMES.index("L")] + 0.015
-    weak = Family(Prior(medians, prior.log_sds), family.settings)
-    rng = np.random.default_rng(2)
-    assert all(weak.new(rng).holds for _ in range(50))
 
 
 def test_a_worn_drive_changes_by_shares_and_still_works(family, drives):

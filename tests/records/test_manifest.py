@@ -6,7 +6,7 @@ from dataclasses import astuple
 import pytest
 
 from breaker.records.operations import Operation, read_manifest
-from breaker.records.settings import complete, lacking
+from breaker.records.settings import complete
 
 HEAD = "file,motion,operation"
 
@@ -160,18 +160,3 @@ REFUSED = [
 def test_settings_that_fit_no_file_are_refused(key, settings):
     with pytest.raises(ValueError, match=key):
         complete(settings)
-
-
-@pytest.mark.parametrize(
-    ("key", "settings"),
-    [
-        ("travel_unit", {"travel_unit": "foot"}),
-        ("ratio", {"travel_unit": "deg"}),
-        ("rate", {"time_column": None}),
-        ("", {"travel_unit": "deg", "ratio": 1.5, "time_column": None, "rate": 10.0}),
-    ],
-)
-def test_what_a_row_of_the_table_may_still_state_is_lacking(key, settings):
-    result = lacking(complete(settings))
-    assert key in result
-    assert bool(key) == bool(result)
