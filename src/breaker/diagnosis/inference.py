@@ -53,12 +53,8 @@ class Inference(NamedTuple):
     def infer(self, records: Sequence[DriveRecord], speeds: tuple[Speed, ...]) -> list[Estimate]:
         """Infer all records of a drive, in their order, with definitions of its speeds."""
         usable = [record for record in records if not record.reason]
-        families = self.families()
-        if families == ():  # measured only, which the page shows before the model's estimates
-            estimates = [Estimate(record, unresolved=say("no-model")) for record in usable]
-        else:
-            estimates = self._infer_in(families, usable) if usable else []
-        if families != () and any(map(_contact_disagrees, estimates)):
+        estimates = self._infer_in(self.families(), usable) if usable else []
+        if any(map(_contact_disagrees, estimates)):
             others = [levels for levels in self.families() if levels is not estimates[0].levels]
             wider = self._infer_in(others, usable) if others else estimates
             if not any(e.misfit or e.unresolved or _contact_disagrees(e) for e in wider):

@@ -16,7 +16,7 @@ from breaker.model.quantities import EVENTS, INFERRED, OF_STROKE, in_words
 
 _PRIOR = 0.8  # share of the prior variance, at which an interval is 90 % as wide as the prior's
 _PRESENT = 0.9  # probability from which an effect is listed: at most one in ten is absent
-_NO_STATE = ("outside-family", "few-draws", "no-model")  # reasons that the table of the state gives
+_NO_STATE = ("outside-family", "few-draws")  # reasons that the table of the state gives
 _MOST = 8  # labels in a sentence; JSON lists all
 _NAMED = 4  # limits in the line of the verdict; the table lists all
 _SHOWN = 3  # operations of a motion that have a table and curves; JSON and CSV list all

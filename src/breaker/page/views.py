@@ -6,7 +6,6 @@ server, so tests call it without one.
 
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from functools import cache
 from typing import NamedTuple
 
@@ -88,14 +87,13 @@ def _list(asked: Asked) -> Answer:
 
 
 def _verdict(asked: Asked) -> Answer:
-    """Return the verdict on an inspection of the list, from measured values."""
+    """Return the verdict on an inspection of the list."""
     if (diagnosis := (shown := asked.shown).diagnosis) is None:
         reason = shown.trouble.splitlines()[-1].strip()
         return {"verdict": "unread", "text": f"not readable: {visible_text(reason)}"}
-    result = replace(diagnosis, families=tuple).result
+    result = diagnosis.result
     rejected = [str(record["reason"]) for record in result["records"] if not record["accepted"]]
-    verdict = verdict_of(result) if result["verdict"] else "no limits"
-    text = "; ".join([verdict, *rejected[:1]])
+    text = "; ".join([verdict_of(result) if result["verdict"] else "no limits", *rejected[:1]])
     return {"verdict": result["verdict"] or "none", "text": visible_text(text)}
 
 
