@@ -71,10 +71,8 @@ def perturb(module, scale, *, seed=3):
 
 @torch.no_grad()
 def pin(posterior, mean, sd):
-    """Make a new model the Gaussian N(mean, sd^2) of standardised outputs, whatever the record.
-
-    The velocity field of a new model is zero, and its splines are the identity, so its posterior
-    is the head's Gaussian.
+    """Make a new model the Gaussian N(mean, sd^2) of standardised outputs, whatever the record: the
+    velocity field of a new model is zero, and its splines are the identity.
     """
     q = len(posterior.outputs)
     head = posterior.inference.head

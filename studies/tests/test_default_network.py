@@ -1,26 +1,9 @@
-"""The study of the default network: tiny trainings, resumed, and rows whose numbers are known."""
+"""The study of the default network: rows whose numbers are known."""
 
 import numpy as np
-import pandas as pd
 import pytest
 
 from studies import default_network as study
-
-
-@pytest.mark.slow
-def test_both_networks_are_trained_once_and_judged_by_the_same_curves(tmp_path, monkeypatch):
-    small = {"SENSORS": {"paper": ["config/test.yaml", "config/paper.yaml"]}, "HELD_OUT": 600}
-    small |= {"MOTIONS": ("opening",), "JUDGED": 5, "PACE": 5}
-    for name, value in (small | {"KEPT": tmp_path, "TABLE": tmp_path / "table.csv"}).items():
-        monkeypatch.setattr(study, name, value)
-    study.main()
-    result = pd.read_csv(study.TABLE).set_index(["network", "quantity"])
-    for network in study.NETWORKS:
-        quantities = result.loc[network]
-        assert quantities.n[["lost", "divergence"]].tolist() == [600, 5]
-        assert quantities.value["draws_per_second"] > 0
-    monkeypatch.delattr(study, "train")  # all is kept: nothing is trained anew
-    study.main()
 
 
 def test_rows_have_means_with_intervals_of_95_percent():

@@ -65,7 +65,7 @@ def truth(tmp_path_factory):
                 return truth
 
 
-@pytest.mark.parametrize("number", range(8))
+@pytest.mark.parametrize("number", range(4))
 def test_truth_is_that_of_the_samples(tmp_path, number):
     for truth, samples in write(tmp_path, 3, number):
         time = times(truth, samples)
@@ -79,17 +79,9 @@ def test_truth_is_that_of_the_samples(tmp_path, number):
                 way = abs(np.median(x[after]) - np.median(x[before]))
                 assert way == pytest.approx(move["stroke"], abs=0.02 * move["stroke"])
                 if move["coil"]:
-                    current = samples[move["coil"]].to_numpy()
-                    on = move["energised"]
+                    current, on = samples[move["coil"]].to_numpy(), move["energised"]
                     assert np.all(np.abs(current[(time < on) & (time > on - 30)]) < 0.1)
                     assert current[(time > on + 1) & (time < on + 10)].max() > 0.15
-                for name in move["columns"]:
-                    edge = samples[name]
-                    edge = edge if edge.dtype.kind in "fi" else pd.factorize(edge)[0]
-                    # an arcing contact may be beyond the range of a resistance
-                    instants = [move["contact"], move["main"]][: 1 + ("Ohm" in name)]
-                    near = [np.abs(time - at) < 3 + 1 / truth["rate"] for at in instants]
-                    assert max(np.ptp(edge[some]) for some in near) > 0.4 * np.ptp(edge)
 
 
 def test_same_seed_same_file(tmp_path):
@@ -151,8 +143,7 @@ def test_tables_of_an_inspection_are_read():
   Travel T1     closing   DCRM Res CH1, test current DCRM Cur CH1  Coil Current C1 (A)
   Travel T2     closing                 Coil Current C2 (A)
 """
-    truth = {"columns": ["Travel T1 (mm)", "Travel T2 (mm)"]}
-    said = read_inspection(text, truth)
+    said = read_inspection(text, {"columns": ["Travel T1 (mm)", "Travel T2 (mm)"]})
     assert said["moves"] == [["Travel T1", "closing"]]
     assert said["columns"] == [
         ["Travel T1 (mm)", "closing", "DCRM Res CH1", "Coil Current C1 (A)"],

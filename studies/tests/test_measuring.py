@@ -22,13 +22,8 @@ SPEEDS = speeds_of(
 )
 
 
-@pytest.fixture
-def family(prior, defaults):
-    return Family(prior, family_of("medium_voltage"))
-
-
 @pytest.mark.parametrize("motion", MOTIONS)
-def test_own_quantities_of_a_drive_of_the_model(prior, defaults, motion):
+def test_own_quantities_of_a_drive_of_the_model(prior, motion):
     """Read from its motion, integrated in steps, they are those of the exact curve."""
     theta = prior.sample(1, generator(1, "test", "own", motion))[0].tolist()
     drive = Drive(tuple(theta), Elements()).scaled(Size(3.0, 2.0))
@@ -42,16 +37,17 @@ def test_own_quantities_of_a_drive_of_the_model(prior, defaults, motion):
 
 
 @pytest.mark.parametrize("motion", MOTIONS)
-def test_errors_have_the_stated_standard_deviations(family, motion):
+def test_errors_have_the_stated_standard_deviations(prior, motion):
     """Of normal errors a sum of squares is beyond 1.6 times this bound with less than 1e-5; the
     drives' slow approach to rest makes some larger, which the factor allows for.
     """
-    rng = generator(2, "test", "measured", motion)
+    rng, family = (
+        generator(2, "test", "measured", motion),
+        Family(prior, family_of("medium_voltage")),
+    )
     result = measure_drives([family.new(rng) for _ in range(20)], motion, rng, speeds=SPEEDS)
     shown = result[result.measured.notna() & result.own.notna()]
     for name, rows in shown.groupby("quantity"):
         square = np.sum(((rows.measured - rows.own) / rows.measured_sd) ** 2)
         assert square < 1.6 * chi2.isf(1e-5, len(rows)), name
-    stroke = shown[shown.quantity == "stroke"]
-    assert len(stroke) >= 15
-    assert (result[result.measured.isna()].reason != "").all()
+    assert (shown.quantity == "stroke").sum() >= 15

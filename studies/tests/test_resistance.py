@@ -31,11 +31,3 @@ def test_separations_of_a_resistance(step, cut):
     assert result.arcing == pytest.approx(case.arcing, abs=4.0 * result.arcing_sd)
     seen = case.time < case.arcing - 1.5  # the record ends before
     assert resistance.separations(case.time[seen], case.resistance()[seen]).why
-
-
-def test_the_residual_sd_has_its_interval():
-    rng, between = np.random.default_rng(1), np.linspace(10.0, 30.0, 16)
-    lengths = 280.0 + 0.7 * between + 0.2 * rng.standard_normal(16)
-    _, _, (sd, low, high) = resistance.fit(lengths, between)
-    assert low < sd < high
-    assert 0.1 < sd < 0.35

@@ -11,18 +11,8 @@ from tests.networks_fixtures import NETWORK, arrays, built, perturb, residual_by
 # No two sizes alike, so that no axis can pass for another. The convolutions leave 8 steps, of
 # which the skip GRU takes the last 6.
 SAMPLES = 23
-SIZES = {
-    "features": 7,
-    "components": 9,
-    "channels": (3, 5),
-    "kernels": (4, 3),
-    "strides": (2, 1),
-    "gru_width": 4,
-    "skip": 3,
-    "skip_width": 2,
-    "width": 11,
-    "blocks": 2,
-}
+SIZES = {"features": 7, "components": 9, "channels": (3, 5), "kernels": (4, 3), "strides": (2, 1)}
+SIZES |= {"gru_width": 4, "skip": 3, "skip_width": 2, "width": 11, "blocks": 2}
 
 
 def steps_by_hand(series, network):

@@ -1,7 +1,6 @@
 """Training: randomness, numbers by formula, what is kept, rows made by workers, and resuming."""
 
 import math
-import pickle
 import random
 import time
 from pathlib import Path
@@ -64,7 +63,9 @@ def test_every_step_has_its_learning_rate_and_a_clipped_gradient(trainer):
 
 
 def test_moving_average_by_hand(trainer):
-    """Decay min(ema, k / (k + 10)) after step k: short memory at first, then the one set."""
+    """Decay min(ema, k / (k + 10)) after step k: short memory at first, then the one set. The only
+    evaluation is at the end, so that the average is what is kept.
+    """
     training = trainer(steps=6, ema=0.3, evaluate_every=100)
     expected = [weight.detach().clone() for weight in training.weights]
     decays = iter([1 / 11, 2 / 12, 3 / 13, 4 / 14, 0.3, 0.3])
@@ -76,10 +77,7 @@ def test_moving_average_by_hand(trainer):
 
     training.optimisers[-1].register_step_post_hook(follow)
     training.run()
-    assert next(decays, None) is None
-    for mean, weight in zip(expected, training.means, strict=True):
-        torch.testing.assert_close(weight, mean, rtol=1e-5, atol=1e-6)
-    # The only evaluation is at the end, so that the average is what is kept.
+    torch.testing.assert_close(training.means, expected, rtol=1e-5, atol=1e-6)
     assert all(map(torch.equal, training.weights, training.means))
 
 
@@ -94,30 +92,22 @@ def test_the_best_average_is_kept(trainer):
     losses = history.validation_loss.values
     best = int(losses.argmin())
     assert best + 1 < 8, "the training must get worse for this test to say anything"
-    assert history.attrs["best_step"] == training.best_step == best + 1
-    assert history.attrs["best_validation_loss"] == losses[best]
+    assert history.attrs == {"best_step": best + 1, "best_validation_loss": losses[best]}
     assert all(map(torch.equal, training.weights, averages[best + 1]))
-    with torch.no_grad():
-        loss = training.network.validation_loss(*training.fixed_batch)
-    assert loss.mean().item() == losses[best]
 
 
 def test_optimisers_share_the_weights():
     """Muon takes the matrices between hidden layers, and AdamW all else."""
-    rates = {"learning_rate": 5e-3, "weight_decay": 0.01}
     network = ResidualMLP(4, 16, 3, blocks=2)
-
-    def taken(optimiser):
-        return {id(weight) for weight in optimiser.param_groups[0]["params"]}
-
-    adamw, muon = optimisers(network, "muon", **rates)
-    hidden = [layer for layer in network.modules() if isinstance(layer, Hidden)]
-    assert taken(muon) == {id(layer.weight) for layer in hidden}
-    assert taken(muon) | taken(adamw) == {id(weight) for weight in network.parameters()}
-    assert not taken(muon) & taken(adamw)
-    _, edges = optimisers(network, "muon_edges", **rates)
-    matrices = {id(weight) for weight in network.parameters() if weight.ndim == 2}
-    assert taken(edges) == matrices > taken(muon)
+    every = {id(weight): weight for weight in network.parameters()}
+    hidden = {id(layer.weight) for layer in network.modules() if isinstance(layer, Hidden)}
+    matrices = {number for number, weight in every.items() if weight.ndim == 2}
+    for kind, expected in (("muon", hidden), ("muon_edges", matrices)):
+        adamw, muon = (
+            {id(weight) for weight in optimiser.param_groups[0]["params"]}
+            for optimiser in optimisers(network, kind, learning_rate=5e-3, weight_decay=0.01)
+        )
+        assert (muon, adamw) == (expected, every.keys() - expected)
 
 
 @pytest.mark.parametrize("shape", [(20, 20), (30, 12)])
@@ -133,17 +123,12 @@ def test_a_loss_that_is_not_finite_names_motion_and_step(trainer):
     """That of the validation, too, or the first weights would be kept as the best."""
     training = trainer()
     training.fixed_batch.measured[5] = math.nan
-    with pytest.raises(FloatingPointError, match="closing"):
+    with pytest.raises(FloatingPointError, match="closing is nan at step 5"):
         training.run()
     training.checkpoint.file.unlink()
     training = trainer(motion="opening")
-
-    def spoil(*_):
-        if training.step == 5:
-            training.rows.travel = torch.full_like(training.rows.travel, math.inf)
-
-    training.optimisers[-1].register_step_post_hook(spoil)
-    with pytest.raises(FloatingPointError, match=r"opening is (nan|inf) at step 6"):
+    training.rows.travel = torch.full_like(training.rows.travel, math.inf)
+    with pytest.raises(FloatingPointError, match=r"opening is (nan|inf) at step 0"):
         training.run()
 
 
@@ -156,43 +141,32 @@ def test_a_fingerprint_depends_on_settings_and_code(tmp_path):
     assert fingerprint({"a": 1, "b": 2}, [code]) != first
 
 
-# ---- rows that other processes make --------------------------------------------------------------
-
-
-def batches(workers, steps, make):
-    """Batches of four rows at some steps, and torch's global generator left alone."""
-    before = torch.get_rng_state()
-    rows, rng = MadeRows(np.arange(80), make, workers=workers), torch.Generator().manual_seed(1)
-    made = [rows.batch(step, 4, rng) for step in steps]
-    assert torch.equal(torch.get_rng_state(), before)
-    return made
-
-
 def uneven(numbers, rng):
     """Rows of which some take longer than the next."""
     time.sleep(0.02 * (numbers[0] % 2))
     return numbers + rng.random(len(numbers)), rng.standard_normal((len(numbers), 3))
 
 
+def faulty(numbers, rng):
+    raise FloatingPointError("no record")
+
+
 @pytest.mark.filterwarnings("ignore:This process|This DataLoader")
 def test_batches_depend_on_seed_and_step_alone():
     """Not on workers, nor on the steps before, as after a kill; a worker's fault is raised."""
-    alone, helped = (batches(workers, range(6), uneven) for workers in (0, 2))
-    for one, other in zip(alone, helped, strict=True):
+
+    def batches(workers, steps, make=uneven):
+        rows, rng = MadeRows(np.arange(80), make, workers=workers), torch.Generator().manual_seed(1)
+        return [rows.batch(step, 4, rng) for step in steps]
+
+    before = torch.get_rng_state()
+    alone, helped, later = batches(0, range(6)), batches(2, range(6)), batches(0, [4])
+    assert torch.equal(torch.get_rng_state(), before)
+    for one, other in zip([*alone, alone[4]], [*helped, *later], strict=True):
         assert all(map(torch.equal, one, other))
     assert len({float(batch[0][0]) for batch in alone}) == 6
-    assert all(map(torch.equal, batches(0, [4], uneven)[0], alone[4]))
-
-    def faulty(numbers, rng):
-        raise FloatingPointError("no record")
-
     with pytest.raises(FloatingPointError, match="no record"):
         batches(1, [0], faulty)
-
-
-# ---- a training that was killed ------------------------------------------------------------------
-
-UNREADABLE = (EOFError, RuntimeError, ValueError, pickle.UnpicklingError)
 
 
 class Killed(Exception):
@@ -200,6 +174,8 @@ class Killed(Exception):
 
 
 def stopping_at(step):
+    """A kind of trainer that is killed before a step."""
+
     class Stopping(Trainer):
         def _advance(self):
             if self.step == step:
@@ -210,7 +186,6 @@ def stopping_at(step):
 
 
 def kill(trainer, step, **more):
-    """Let a training run up to a step."""
     with pytest.raises(Killed):
         trainer(kind=stopping_at(step), **more).run()
 
@@ -246,32 +221,29 @@ def test_a_checkpoint_of_another_training_is_ignored(trainer):
     assert same(training, fresh)
 
 
-def test_a_checkpoint_is_written_completely_or_not_at_all(trainer, monkeypatch):
-    """A kill during writing leaves the checkpoint before."""
+def test_a_checkpoint_is_written_completely_and_read_completely(trainer, tmp_path, monkeypatch):
+    """A kill during writing leaves the checkpoint before. One that cannot be read stops the
+    training: never a silent start from the beginning, nor from half a state; no pickle is run.
+    """
     kill(trainer, 7)
-    training = trainer()
-    before = training.checkpoint.file.read_bytes()
+    training, trap = trainer(), tmp_path / "ran"
+    file = training.checkpoint.file
+    content = file.read_bytes()
 
     def torn(state, path):
         Path(path).write_bytes(b"half a")
         raise Killed
 
-    monkeypatch.setattr(torch, "save", torn)
-    with pytest.raises(Killed):
-        training.run()
-    assert training.checkpoint.file.read_bytes() == before
-
-
-def test_a_checkpoint_that_cannot_be_read_stops_the_training(trainer, tmp_path):
-    """Never a silent start from the beginning, nor from half a state; and no pickle is run."""
-    kill(trainer, 7)
-    training, trap = trainer(), tmp_path / "ran"
-    file = training.checkpoint.file
-    content = file.read_bytes()
+    with monkeypatch.context() as patch:
+        patch.setattr(torch, "save", torn)
+        with pytest.raises(Killed):
+            training.run()
+    assert file.read_bytes() == content
     torch.save({"fingerprint": Trap(trap)}, file)
+    training = trainer()
     for bad in (b"", content[: len(content) // 2], file.read_bytes()):
         file.write_bytes(bad)
-        with pytest.raises(UNREADABLE):
+        with pytest.raises(ValueError, match="cannot be read"):
             training.run()
     assert training.step == 0
     assert not trap.exists()

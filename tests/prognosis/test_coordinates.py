@@ -42,7 +42,6 @@ def test_scatter_is_white_and_the_first_coordinates_are_those_of_wear(seen):
     assert np.isnan(values[3]).all()
     cov = np.cov(values[200:].T)  # records that the map has not seen
     # 200 records, in directions that were estimated from 200 others.
-    assert np.diag(cov).mean() == pytest.approx(1.0, abs=0.2)
     assert np.abs(np.diag(cov) - 1.0).max() < 0.9
     assert np.abs(cov - np.diag(np.diag(cov))).max() < 0.5
     raw = (motion.way[200:] @ DIRECTIONS.T).var(axis=0)
@@ -59,8 +58,7 @@ def test_a_measured_quantity_is_in_units_of_its_scatter(count, sd):
     """The fewer readings, the more is it what is usual and stated with them."""
     series = replace(a_series(sd=sd), new=np.arange(count))
     coordinates, key = Coordinates.of(series, BASES), ("closing", "travel_time")
-    (result, reading), *more = coordinates.readings.items()
-    assert (result, more) == (key, [])
+    reading = coordinates.readings[key]
     curve, block = coordinates.blocks(series)
     times = series.motions["closing"].measured["travel_time"]
     np.testing.assert_allclose(reading.mean + reading.scatter * block.values[:, 0], times)

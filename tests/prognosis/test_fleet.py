@@ -59,16 +59,14 @@ def one_drive(tmp_path, defaults):
 @pytest.fixture(scope="module")
 def drives(tmp_path_factory, prior, defaults):
     """Nine drives: one with more damping, one that has worn, one remounted, one not readable."""
-    folder, rng = tmp_path_factory.mktemp("fleet"), np.random.default_rng(1)
-    lines = []
+    folder, rng, lines = tmp_path_factory.mktemp("fleet"), np.random.default_rng(1), []
     for breaker in (f"Q{k}" for k in range(9)):
         theta = prior.medians * np.exp(SPREAD * rng.standard_normal(len(NAMES)))
         theta[3] *= 1.6 if breaker == DIFFERENT else 1.0
-        worn = theta * np.where(np.array(NAMES) == "gamma_a", 1.4, 1.0)
-        thetas = [theta, worn if breaker == WORN else theta]
-        about = {"ratio": 0.94 if breaker == REMOUNTED else 1.0}
-        about["years"] = (2017, 2020) if breaker in (WORN, REMOUNTED) else (2026,)
-        lines += write(folder, breaker, thetas, rng, **about)
+        worn = np.where((np.array(NAMES) == "gamma_a") & (breaker == WORN), 1.4, 1.0)
+        years = (2017, 2020) if breaker in (WORN, REMOUNTED) else (2026,)
+        ratio = 0.94 if breaker == REMOUNTED else 1.0
+        lines += write(folder, breaker, [theta, theta * worn], rng, ratio=ratio, years=years)
     for motion in MOTIONS:
         (folder / f"{BROKEN}_{motion}_1.csv").write_text("nothing")
         (folder / f"{BROKEN}_{motion}_2.csv").unlink()
@@ -86,14 +84,12 @@ def of(breaker, results):
 
 def test_two_inspections_are_compared_as_alone(drives, results, defaults):
     drive, result = of(WORN, drives), of(WORN, results)
-    limits = [default for default in defaults["limits"] if default["of"] == "change"]
-    alone = Diagnosis(defaults, limits)
+    alone = Diagnosis(defaults, [e for e in defaults["limits"] if e["of"] == "change"])
     before, today = (alone.read({m: [e] for m, e in rows}) for rows in drive.inspections)
     change = compare_inspections(alone, {"before": before, "today": today})
-    verdicts = {item["name"]: item for item in change.limits}
     assert (result.state, result.limits[0].limit, result.inspections) == ("due", "stiff_drive", 2)
     assert {e.limit: e.p_exceeded for e in result.limits} == {
-        name: verdict["p_exceeded"] for name, verdict in verdicts.items()
+        item["name"]: item["p_exceeded"] for item in change.limits
     }
 
 
@@ -116,17 +112,14 @@ def test_the_table_has_the_urgent_drive_first_and_marks_those_unlike_their_type(
     assert known.set_index("breaker").difference[DIFFERENT] > 30.0
 
 
-@pytest.mark.parametrize("deviating", [0, 2])
-def test_false_outliers_are_as_rare_as_stated(deviating):
-    rng, n, result = np.random.default_rng(1), 12, []
+def test_false_outliers_are_as_rare_as_stated():
+    rng, result = np.random.default_rng(1), []
+    deviates = np.arange(12) < 2
     for _ in range(1000):
-        values = 10.0 + 0.1 * rng.standard_normal(n) + 2.0 * (np.arange(n) < deviating)
-        usual, p = outliers(values, np.full(n, 1e-3), 0.05)
-        result.append((~usual[:deviating]).all() and (p[:deviating] < 0.05).all())
-        result.append((~usual[deviating:]).any())
-    hits, alarms = np.reshape(result, (-1, 2)).mean(axis=0)
-    assert hits > 0.98
-    assert alarms < 0.08
+        values = 10.0 + 0.1 * rng.standard_normal(12) + 2.0 * deviates
+        usual, p = outliers(values, np.full(12, 1e-3), 0.05)
+        result.append([not usual[deviates].any() and (p[deviates] < 0.05).all(), usual[2:].all()])
+    assert np.mean(result, axis=0) == pytest.approx([1.0, 0.95], abs=0.03)
 
 
 def test_operations_without_a_date_belong_to_the_inspection_before():
@@ -146,7 +139,6 @@ def test_limits_of_a_type_count_in_any_spelling(drives, defaults):
     states = {"closing stroke by type": "due", "opening travel_time by type": "ok"}
     assert [{e.limit: e.state for e in item.limits} for item in result] == [states, states, {}]
     assert "no-limit-of-drive" in {note.code for note in result[2].remarks}
-    assert len({len(item.measured) for item in result}) == 1  # also without an entry
     assert {*fleet_table(result).type} == {"gl-314", "GL318"}  # two spellings are one
 
 
@@ -162,7 +154,6 @@ def test_yearly_inspections_show_wear_before_the_limit(one_drive, prior, default
     """A force that falls by 12 % in ten years, two records a year, and a limit at 10 %."""
     falls = np.repeat(np.linspace(0.0, 0.12, 10), 2)[:, None] * (np.array(NAMES) == "f")
     drive = one_drive(prior.medians * (1.0 - falls), np.repeat(range(2000, 2010), 2))
-    assert [len(inspection) for inspection in drive.inspections] == 10 * [4]
     limits = [{"name": "tired", "of": "change", "lower": {"f": "-10 %"}}]
     limits += [{"name": "stiff", "of": "change", "upper": {"gamma_a": "+15 %"}}]
     config = {**defaults, "limits": limits, "trend": {**defaults["trend"], "draws": 60}}
@@ -180,6 +171,5 @@ def test_many_operations_are_a_life(one_drive, prior, defaults, monkeypatch):
     monkeypatch.setattr(fleet, "_LIFE", 30)
     monkeypatch.setattr("breaker.prognosis.series._FIRST", 6)
     result = examine(drive, {**defaults, "trend": {**defaults["trend"], "draws": 60}}, {})
-    assert {item.limit for item in result.limits} == {"stiff_drive", "tired_closing"}
     assert result.limits[0].limit == "tired_closing"
     assert result.state in ("planned", "due")

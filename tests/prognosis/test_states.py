@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from breaker.configuration.loading import defaults
-from breaker.prognosis.states import STATES, _ahead, _moved, _subject, next_state, states_of
+from breaker.prognosis.states import STATES, _ahead, _subject, next_state, states_of
 from tests.lives import OPERATIONS, a_life
 
 PLANNING = defaults()["planning"] | {"operations": 150, "years": 2.0}
@@ -85,11 +85,6 @@ def test_planning_looks_ahead_by_operations_years_age_or_inspections(days, age, 
     life.lives[:], life.remaining[:] = np.linspace(0.0, 1000.0, 41), left * np.array([1, 2, 3])
     result = _ahead(life, PLANNING, np.full(life.asked.shape, days), np.full(life.asked.shape, age))
     assert result[-1, 0] == pytest.approx(ahead)
-
-
-def test_a_recommended_service_moves_by_half_of_what_is_left():
-    moved = [_moved(by, 1000.0, 300.0) for by in (1140.0, 1160.0, 1000.0)]
-    assert moved == [1300.0, 1160.0, 1000.0]
 
 
 def test_the_drive_is_about_its_most_urgent_limit():
