@@ -8,7 +8,7 @@ from breaker.records.dates import cell_date, dates_of, earlier, one_date
 from breaker.records.words import phases_in_names
 
 STAMPS = ["closing_20-11-2024_15-13-07", "20241120T151307", "x_20.11.2024 15.13.07"]
-STAMPS += ["11-20-2024_15-13-07", "20-Nov-2024_151307", "2024_11_20__15_13_07", "20-11-2024_0007"]
+STAMPS += ["11-20-2024_15-13-07", "2024_11_20__15_13_07", "20-11-2024_0007"]
 NONE = ["op_0007", "10kHz_7", "2024", "99-99-2024", "20-11-24", "2024-11-20_to_2024-11-21"]
 
 

@@ -85,8 +85,8 @@ def test_files_without_names_are_read_by_numbers(file):
     refused(file)
     assert_read(read(file, channel="4"))
     put(file, ["travel", *(f"{x:.3f}" for x in TRAVEL)])
-    assert_read(read(file, rate=10.0), remarks=1)
-    refused(file)
+    assert_read(read(file, **UNTIMED))
+    refused(file, rate=10.0)
 
 
 # ---- units ------------------------------------------------------------------------------------

@@ -6,17 +6,13 @@ A date such as 03/04/2026 has two readings; another date of the same column or f
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
-from datetime import UTC, datetime, time
-from functools import lru_cache
+from datetime import UTC, date, datetime, time
 from pathlib import Path
 
-MONTHS = "jan|feb|mar|apr|may|jun|jul|aug|sep|oct|nov|dec"
-_YEAR = "(?:19|20)[0-9]{2}"
+_YEAR = "((?:19|20)[0-9]{2})"
 _DATE = re.compile(
-    rf"(?<![0-9])(?:[0-9]{{1,2}}\s?([-_/.])\s?[0-9]{{1,2}}\s?\1\s?{_YEAR}"
-    rf"|{_YEAR}([-_/.])[0-9]{{1,2}}\2[0-9]{{1,2}}|{_YEAR}[0-9]{{4}}"
-    rf"|[0-9]{{1,2}}[-_. ]+(?:{MONTHS})[a-z]*[-_., ]+{_YEAR})(?![0-9])",
-    re.IGNORECASE,
+    rf"(?<![0-9])(?:{_YEAR}([-_/.]?)([0-9]{{2}}|[0-9](?=[-_/.]))\2([0-9]{{1,2}})"
+    rf"|([0-9]{{1,2}})([-_/.])([0-9]{{1,2}})\6{_YEAR})(?![0-9])"
 )
 _CLOCK = re.compile(
     r"(?<![0-9:.])([0-9]{1,2})[:h]([0-9]{2})(?::([0-9]{2})(?:[.,][0-9]+)?"
@@ -32,21 +28,17 @@ def dates_of(text: str) -> dict[bool, str]:
     >>> dates_of("14/03/2021"), dates_of("2021-03-02")[False]
     ({True: '2021-03-14'}, '2021-03-02')
     """
-    matches = [match[0] for match in _DATE.finditer(text)]
-    return dict(_readings(matches[0])) if len(matches) == 1 else {}
-
-
-@lru_cache(maxsize=4096)  # number of days in a table of half a million rows
-def _readings(day: str) -> Mapping[bool, str]:
-    parts = re.sub("([a-z]{3})[a-z]+", r"\1", day.lower())
+    matches = _DATE.findall(text)
+    if len(matches) != 1:
+        return {}
+    early, _, month, day, first, sign, second, late = matches[0]
     readings = {}
     for day_first in (True, False):
         # With points, the day comes first in the standards of all countries that use points.
-        short = "%d %m %Y" if day_first or "." in parts else "%m %d %Y"
-        for form in (short, "%Y %m %d", "%Y%m%d", "%d %b %Y"):
-            with suppress(ValueError):
-                read = datetime.strptime(re.sub(r"[-_/.,\s]+", " ", parts), form)
-                readings[day_first] = read.date().isoformat()
+        parts = (second, first) if day_first or sign == "." else (first, second)
+        with suppress(ValueError):
+            numbers = (early, month, day) if early else (late, *parts)
+            readings[day_first] = date(*map(int, numbers)).isoformat()
     return readings
 
 

@@ -9,7 +9,6 @@ from pathlib import Path
 
 import numpy as np
 
-from breaker.common.numerals import in_digits
 from breaker.records import words
 from breaker.records.cells import LARGEST_NUMBER
 from breaker.records.files import RejectedCurveError
@@ -123,7 +122,7 @@ def columns_of(sheet: Sheet, settings: Mapping) -> Columns:
             number; without a time column also if a line between its samples is blank.
     """
     wanted = words.wanted_columns(sheet.names, settings)
-    places, remarks = _places(sheet, wanted, settings)
+    places, remarks = _places(sheet, wanted), ()
     used = [*places.items(), ("", EVERY)]
     if wrong := [(*sheet.wrong[place], kind) for kind, place in used if place in sheet.wrong]:
         line, reason, kind = min(wrong)
@@ -166,28 +165,20 @@ def columns_of(sheet: Sheet, settings: Mapping) -> Columns:
     )
 
 
-def _places(
-    sheet: Sheet, wanted: Mapping[str, str | int], settings: Mapping
-) -> tuple[dict[str, int], tuple[str, ...]]:
-    """Return the places of the columns, and a remark if a rate replaces the column of time."""
-    places, remarks = {}, ()
+def _places(sheet: Sheet, wanted: Mapping[str, str | int]) -> dict[str, int]:
+    """Return the places of the wanted columns by kind; the format itself may state the clock."""
+    places = {} if sheet.clock is None else {"time": sheet.clock}
     for kind, column in wanted.items():
         named = words.places_of(sheet.names, column)
         if len(named) == 1:
             places[kind] = named[0]
-        elif not named and kind == "time" and sheet.clock is not None and isinstance(column, str):
-            continue
-        elif not named and kind == "time" and settings["rate"] and isinstance(column, str):
-            rate = in_digits(settings["rate"], 6)
-            remarks = (f"there is no column {column!r}: times are those of the rate, {rate} kHz",)
-        else:
+        elif named or kind not in places or isinstance(column, int):
             names = ", ".join(repr(name.strip()[:40]) for name in sheet.names[:40] if name)
             many = "more than one" if named else "no"
             reason = f"{many} column {column!r} among {names}; give its number, from 1, instead"
-            raise RejectedCurveError(sheet.file, reason)
-    if sheet.clock is not None:
-        places.setdefault("time", sheet.clock)
-    return places, remarks
+            null = ", or null and a rate" if kind == "time" else ""
+            raise RejectedCurveError(sheet.file, f"{reason}{null}")
+    return places
 
 
 def _unit_remarks(

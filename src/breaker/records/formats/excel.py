@@ -17,10 +17,8 @@ from breaker.records.sheet import Sheet
 
 def read(opened: Opened, form: Mapping) -> list[Sheet]:
     """Return the visible sheets that have a table, in their order; a remark names the others."""
-    settings = {"delimiter": "\t", "decimal": form.get("decimal", ".")}
-    texts = opened.once(
-        ("texts", settings["decimal"]), lambda: [*_visible(opened, settings["decimal"])]
-    )
+    settings = {"delimiter": "\t", "decimal": "."}
+    texts = opened.once("texts", lambda: [*_visible(opened)])
     sheets, errors = {}, [RejectedCurveError(opened.file, "is empty")]
     for title, text in texts:
         try:
@@ -34,12 +32,11 @@ def read(opened: Opened, form: Mapping) -> list[Sheet]:
         long = [other for other, text in texts if text.count("\n") >= FEWEST]  # possible records
         others = [repr(other) for other in long if other != title]
         remarks = (f"only the sheet {title!r} is read, not {', '.join(others)}",) if others else ()
-        decimal = {"decimal": settings["decimal"]}
-        read_sheets.append(replace(sheet, remarks=remarks, settings=decimal))
+        read_sheets.append(replace(sheet, remarks=remarks, settings={}))
     return read_sheets
 
 
-def _visible(opened: Opened, decimal: str) -> Iterator[tuple[str, str]]:
+def _visible(opened: Opened) -> Iterator[tuple[str, str]]:
     """Yield title and text of each visible sheet that is not empty."""
     import openpyxl
 
@@ -54,7 +51,7 @@ def _visible(opened: Opened, decimal: str) -> Iterator[tuple[str, str]]:
         sheet.reset_dimensions()  # the stated size of a sheet is often wrong
         rows, size = [], 0
         for number, values in enumerate(sheet.iter_rows(values_only=True), start=1):
-            row = "\t".join(_text(value, decimal) for value in values).rstrip("\t")
+            row = "\t".join(_text(value) for value in values).rstrip("\t")
             check_size(opened.file, before + number, row.count("\t") + 1, line=number)
             size += len(row)
             check_bytes(opened.file, size)  # a text shared by cells counts for each cell
@@ -64,8 +61,8 @@ def _visible(opened: Opened, decimal: str) -> Iterator[tuple[str, str]]:
             yield sheet.title, text
 
 
-def _text(value: object, decimal: str) -> str:
+def _text(value: object) -> str:
     """Return a cell as in a text file, without tabs and quotation marks; numbers in all digits."""
     if isinstance(value, int | float) and not isinstance(value, bool):
-        return repr(float(value)).replace(".", decimal)
+        return repr(float(value))
     return "" if value is None else " ".join(str(value).split()).replace('"', "″")

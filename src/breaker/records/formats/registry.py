@@ -11,7 +11,7 @@ from contextlib import suppress
 from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -21,9 +21,6 @@ from breaker.records.formats import text
 from breaker.records.header import Header
 from breaker.records.settings import FORMAT, complete
 from breaker.records.sheet import Columns, Sheet, columns_of
-
-if TYPE_CHECKING:
-    from breaker.records.formats.lines import RecordLine
 
 _REFUSED = {
     **dict.fromkeys((".xls", ".xlsb", ".ods"), "is of a kind that is not read; save it as .xlsx"),
@@ -50,16 +47,11 @@ class Format(NamedTuple):
     signatures: tuple[bytes, ...] = ()
     extra: str = ""
 
-    def read(self, opened: Opened, form: Mapping) -> Sequence[Sheet]:
-        """Return the sheets of a file; import the module at the first call."""
-        return import_module(self.module).read(opened, form)
-
 
 _HERE = "breaker.records.formats"
-_TEXTS = dict.fromkeys((".csv", ".txt", ".tsv"), "a text") | {".lvm": "a LabVIEW text"}
 _WORKBOOKS = dict.fromkeys((".xlsx", ".xlsm"), "an Excel workbook")
 
-TEXT = Format(f"{_HERE}.text", _TEXTS)
+TEXT = Format(f"{_HERE}.text", dict.fromkeys((".csv", ".txt", ".tsv", ".lvm"), "a text"))
 EXCEL = Format(f"{_HERE}.excel", _WORKBOOKS, (b"PK\3\4",), "excel")
 COMTRADE = Format(f"{_HERE}.comtrade", {".cfg": "a COMTRADE record"})
 LINES = Format(f"{_HERE}.lines", {})  # texts with a record on each line
@@ -129,9 +121,9 @@ def look_into(file: str | Path | Opened, channel: str | int = "", line: int = 0)
     return next((e for e in sheets if channel and e.place_of(channel) is not None), sheets[0])
 
 
-def records_in(file: str | Path | Opened) -> "list[RecordLine]":
-    """Return the records of a file with one record on each line; an empty list for other files, or
-    if the file cannot be read.
+def records_in(file: str | Path | Opened) -> list:
+    """Return the records of a file with one record on each line, see ``lines.RecordLine``; an empty
+    list for other files, or if the file cannot be read.
     """
     opened = as_opened(file)
     with suppress(RejectedCurveError):
@@ -167,7 +159,7 @@ def format_of(opened: Opened) -> Format:
 
 
 def _format_of(opened: Opened) -> Format:
-    file, ending = opened.file, _ending(opened.file)
+    file, ending = opened.file, Path(opened.file).suffix.lower()
     named = next((form for form in FORMATS if ending in form.endings), TEXT)
     if ending in _REFUSED:
         raise RejectedCurveError(file, _REFUSED[ending])
@@ -185,19 +177,15 @@ def _format_of(opened: Opened) -> Format:
     return named
 
 
-def _ending(file: str | Path) -> str:
-    return Path(file).suffix.lower()
-
-
 def _sheets(opened: Opened, form: Mapping) -> Sequence[Sheet]:
     """Return the sheets of a file; turn any error of a format other than text into a rejection."""
     format_, file = format_of(opened), opened.file
     kinds = TEXT.endings if format_ is LINES else format_.endings
-    kind = kinds.get(_ending(file)) or next(iter(kinds.values()), "")
+    kind = kinds.get(Path(file).suffix.lower()) or next(iter(kinds.values()), "")
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # packages warn about parts that are not read here
-            sheets = format_.read(opened, form)
+            sheets = import_module(format_.module).read(opened, form)
     except RejectedCurveError:
         raise
     except Exception as error:  # a damaged file raises anything in the package that reads it

@@ -42,7 +42,6 @@ _WORDS = re.compile(words.any_of(words.WORDS["telling"]))
 _LONG = re.compile(rf"\n.{{{BLOCK}}}")
 _BLANK = ';,|" \t\v\f'
 _BLANK_LINE = re.compile(rf"\n[{_BLANK}]*\n")
-_PADDED = re.compile(r"0\d+")
 DELIMITERS = (";", "\t", "|", ",", " ")  # in case of doubt, the first that fits
 
 
@@ -147,11 +146,9 @@ def signs_of(lines: Sequence[str]) -> tuple[str, str]:
     delimiters = [d for d in DELIMITERS if d in signs or d == ";"]  # none in a single column
     pairs = [(d, sign) for d in delimiters for sign in ".," if d != sign or '"' in signs]
 
-    def fit(pair: tuple[str, str]) -> tuple[bool, int]:
-        rows, kind = [cells_of(line, pair[0]) for line in lines], _kinds(pair[1])
-        # 12,045 is one number: only a first column may have integers with leading zeros.
-        padded = any(_PADDED.fullmatch(cell) for row in rows for cell in row[1:])
-        return not padded, sum(kind(cell) for row in rows for cell in row)
+    def fit(pair: tuple[str, str]) -> int:
+        kind = _kinds(pair[1])
+        return sum(kind(cell) for line in lines for cell in cells_of(line, pair[0]))
 
     return max(pairs, key=fit)
 
