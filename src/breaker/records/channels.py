@@ -8,7 +8,7 @@ not. Rows above the columns, phase or number assign a contact to a travel; a coi
 
 import re
 from collections import defaultdict
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -33,7 +33,6 @@ _OSCILLATES = 6  # largest number of motions of a drive: no sequence of IEC 6227
 _COIL = 20.0  # A, largest current of a coil; tests of resistance use more
 _LENGTHS = (*TO_MM, "deg", "rad")  # units that only travels have
 _KINDS = ("contact", "resistance")  # kinds of contact columns, the preferred one first
-_OTHERS = ("coil", "of the drive", "52a", "52b")  # auxiliary switches do not switch with contacts
 
 _LABELS = {key: words.any_of(spelt) for key, spelt in words.WORDS["labels"].items()}
 _OF_CONTACT = re.compile(
@@ -226,8 +225,8 @@ def _stated_contacts(sheet: Sheet) -> Mapping[int, tuple[str, str]] | None:
     Rows above the columns state the transducer (``TR1``), phase and break (``YBreak2``), or ``NA``,
     of each contact, above its column or in the order of the contacts. Without such rows: None.
     """
-    kinds = [_kind(sheet, place) for place in range(len(sheet.names))]
-    of_kinds = [[i for i, kind in enumerate(kinds) if kind == wanted] for wanted in _KINDS]
+    places = range(len(sheet.names))
+    of_kinds = [[i for i in places if _kind(sheet, i) == kind] for kind in _KINDS]
     contacts = next(filter(None, of_kinds), [])
     stated = {place: {} for place in contacts}
     for row in sheet.preamble:
@@ -249,23 +248,22 @@ class Wiring:
 
     def __init__(self, sheet: Sheet, travels: Sequence[Travel]) -> None:
         self.sheet, self.travels = sheet, travels
-        places = {travel.place for travel in travels}
-        others = [i for i in range(len(sheet.names)) if i not in places]
-        self.contacts = self._signals(i for i in others if _kind(sheet, i))
-        self.coils = self._signals(i for i in others if _is_coil(sheet, i))
+        places = {*range(len(sheet.names))} - {travel.place for travel in travels}
+        self._kinds = {i: _kind(sheet, i) for i in sorted(places)}
+        self.contacts, self.coils = self._signals(*_KINDS), self._signals("coil")
         self._stated = _stated_contacts(sheet)
         self._marks = [_marks(name) for name in sheet.names]
         self._phases = [self._marks[t.place][0] | _marks(t.phase)[0] for t in travels]
         self._known = set().union(*self._phases)
 
-    def _signals(self, places: Iterable[int]) -> dict[int, Course]:
+    def _signals(self, *kinds: str) -> dict[int, Course]:
         """Return the columns whose changes exceed noise and cross-talk from others of the kind."""
         courses, ranges = {}, {}
-        for i in places:
-            values, kind = self.sheet.columns[i], (self.sheet.units[i], _kind(self.sheet, i))
+        for i in (i for i, kind in self._kinds.items() if kind in kinds):
+            values = self.sheet.columns[i]
             courses[i] = course = Course(np.arange(values.size, dtype=float), values)
             if _is_long(values) and course.moves:
-                ranges[i] = kind, np.ptp(course.smooth)
+                ranges[i] = (self.sheet.units[i], self._kinds[i]), np.ptp(course.smooth)
         return {i: courses[i] for i in _clear(ranges)}
 
     def paired(self, sign: int = 1) -> list[dict[str, dict[str, str | int]]]:
@@ -297,7 +295,7 @@ class Wiring:
         fits = {i: self._fits(i, order) for i in self.contacts}
         one_pole = any(fits.values())
         fit = [i for i in fits if fits[i] or (fits[i] is None and not one_pole)]
-        kinds = [[i for i in fit if _kind(self.sheet, i) == kind] for kind in _KINDS]
+        kinds = [[i for i in fit if self._kinds[i] == kind] for kind in _KINDS]
         fit = [i for i in next(filter(None, kinds), []) if not holds(names[i], "resistor contact")]
         fit = [i for i in fit if holds(names[i], "arcing")] or fit
         if len(fit) < 2:
@@ -319,7 +317,7 @@ class Wiring:
             return self._stated.get(contact, ("",))[0] in (of_travel or {str(order + 1)})
         if phases & self._known:
             return bool(phases & self._phases[order])
-        numbers = set() if _kind(self.sheet, contact) == "resistance" else numbers
+        numbers = set() if self._kinds[contact] == "resistance" else numbers
         if numbers & of_travel:
             return True
         marked = (phases or numbers) and (of_travel or self._phases[order])
@@ -353,24 +351,22 @@ class Wiring:
 
     def first_motions(self, travel: Travel) -> set[str]:
         """Return the first motion according to resistances; both motions if resistances differ."""
-        (begin, end), (begins, rests), closes = travel.part(0), travel.moves(0), set()
-        for i in self.contacts:
+        (begin, end), (begins, rests), motions = travel.part(0), travel.moves(0), set()
+        for i in (i for i in self.contacts if self._kinds[i] == "resistance"):
             values = np.abs(self.sheet.columns[i])
             before, after = map(np.nanmedian, (values[begin : begins + 1], values[rests - 1 : end]))
-            resistance = _kind(self.sheet, i) == "resistance"
-            if resistance and min(before, after) < FAINT * max(before, after):
-                closes.add(bool(after < before))
-        return {"closing" if closes_first else "opening" for closes_first in closes}
+            if min(before, after) < FAINT * max(before, after):
+                motions.add("closing" if after < before else "opening")
+        return motions
 
 
 def current_of(sheet: Sheet, contact: int) -> list[int]:
     """Return the place of the test current of a contact's resistance; none or one."""
-    marks, currents = _marks(sheet.names[contact]), []
-    for i, name in enumerate(sheet.names) if _kind(sheet, contact) == "resistance" else ():
-        flows = (_amperes(sheet, i) or holds(name, "current")) and not _kind(sheet, i)
-        other = holds(name, "of the drive") or _is_coil(sheet, i)
-        if flows and not other and _marks(name) == marks:
-            currents.append(i)
+    if _kind(sheet, contact) != "resistance":
+        return []
+    marks = _marks(sheet.names[contact])
+    alike = (i for i, name in enumerate(sheet.names) if _marks(name) == marks)
+    currents = [i for i in alike if _kind(sheet, i) == "current"]
     return currents if len(currents) == 1 else []
 
 
@@ -380,22 +376,18 @@ def _marks(name: str) -> tuple[set[str], set[str]]:
     return set(_PHASES.findall(bare.lower())), set(re.findall(r"(?<![lL\d])\d+", bare))
 
 
-def _amperes(sheet: Sheet, place: int) -> float:
-    """Return the largest current of a column, A; 0 if the column is not a current."""
-    size = words.amperes_of(sheet.names[place], sheet.units[place] or "")
-    return float(np.nan_to_num(size * np.abs(sheet.columns[place])).max(initial=0.0))
-
-
 def _kind(sheet: Sheet, place: int) -> str:
-    """Return the kind of a column of a contact; empty for other columns, such as currents."""
+    """Return the kind of a column: contact, resistance, coil, current (such as the test current of
+    a resistance), or empty for other columns.
+    """
     name, unit = sheet.names[place], sheet.units[place] or ""
-    kind = next((kind for kind in reversed(_KINDS) if holds(name, kind)), "")
-    other = any(holds(name, excluded) for excluded in _OTHERS) or unit in _LENGTHS
-    return "" if other or np.isfinite(words.amperes_of(name, unit)) else kind
-
-
-def _is_coil(sheet: Sheet, place: int) -> bool:
-    """Return whether a column may be a coil current, and not a motor or test current."""
-    name = sheet.names[place]
-    other = holds(name, "test current") or holds(name, "of the drive")
-    return holds(name, "coil") and not other and _amperes(sheet, place) <= _COIL
+    if unit in _LENGTHS or holds(name, "of the drive"):
+        return ""
+    size = words.amperes_of(name, unit)
+    if np.isfinite(size) or holds(name, "coil"):
+        amperes = np.nan_to_num(size * np.abs(sheet.columns[place])).max(initial=0.0)
+        if holds(name, "coil") and not holds(name, "test current") and amperes <= _COIL:
+            return "coil"
+        return "current" if amperes or holds(name, "current") else ""
+    other = holds(name, "52a") or holds(name, "52b")  # auxiliary switches
+    return "" if other else next((kind for kind in _KINDS[::-1] if holds(name, kind)), "")
