@@ -48,16 +48,6 @@ EXPORTS = {
         "Anlage: Nord\nAbtastrate: 10 kHz\nSchaltfolge: E\n\nWeg L1;Weg L2;Hauptkontakt L1\nmm;mm;",
         *("x;x;c", RATE | {"encoding": "utf-16", "decimal": ","}, {}, "L1 L2", ",", "utf-16"),
     ),
-    "json": Export(
-        '{\n"serialNumber": "HV-1",\n"sampleRate_Hz": 10000,\n"channels": ["R", "Y", "B"]\n}\n'
-        "travel_1\ttravel_2\tcontact_1\nmm\tmm\t-",
-        *("x\tx\tc", RATE | {"delimiter": "\t"}, {}, "R Y"),
-    ),
-    "french": Export(
-        "N° de série;778\nFréquence d'échantillonnage;10 kHz\nManœuvre;F\n\n"
-        "Course R (mm);Course S (mm);Contact",
-        *("x;x;c", RATE | {"delimiter": ";"}, {}, "R S", ",", "cp1252"),
-    ),
     "chinese": Export(
         "出厂编号：A-99\n采样频率：10kHz\n操作：合闸\n行程A相(mm),行程B相(mm),触头",
         *("x,x,c", RATE | {"encoding": "gb18030"}, {}, "A B", ".", "gb18030"),

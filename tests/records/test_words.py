@@ -1,12 +1,9 @@
 """Words and units of makers: motions, units of travel and time, and of currents and resistances."""
 
-import re
-
 import numpy as np
 import pytest
 
 from breaker.records.words import (
-    WORDS,
     amperes_of,
     microohms_of,
     motion_of,
@@ -15,18 +12,6 @@ from breaker.records.words import (
     split_unit,
     unit_of,
 )
-
-GROUPS = ("columns", "motion_words", "labels", "stated", "rate_words")
-
-
-def test_words_are_patterns_for_text_in_lower_case():
-    for group in GROUPS:
-        for by in WORDS[group].values():
-            for language, spelt in by.items():
-                re.compile(spelt)
-                plain = re.sub(r"\\.", "", spelt)
-                assert plain == plain.lower()
-                assert all(re.fullmatch("[a-z]{2}", item) for item in language.split())
 
 
 @pytest.mark.parametrize(
