@@ -36,5 +36,5 @@ def test_loops_and_divisions_are_those_of_numpy(monkeypatch, numba_is_there):
 
     assert total(np.arange(5.0)) == 30.0
     ratio = compiled()(lambda a, b: a / b)
-    assert ratio(1.0, 0.0) == np.inf
+    assert ratio(np.float64(1.0), np.float64(0.0)) == np.inf
     assert np.isnan(ratio(np.float64(0.0), np.float64(0.0)))

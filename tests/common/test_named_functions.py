@@ -13,9 +13,8 @@ def folder(tmp_path, monkeypatch):
     (tmp_path / "own_function.py").write_text("VALUE = 1\n\ndef seven():\n    return 7\n")
     (tmp_path / "models" / "below.py").write_text("from own_function import seven\n")
     monkeypatch.chdir(tmp_path)
-    before = sys.path[:]
+    monkeypatch.setattr(sys, "path", sys.path[:])
     yield tmp_path
-    assert sys.path == before
     for name in ("own_function", "models", "models.below"):
         sys.modules.pop(name, None)
 

@@ -10,7 +10,7 @@ from matplotlib import font_manager
 from matplotlib.colors import to_rgb
 from matplotlib.text import Text
 
-from breaker.common.colours import phase_colours
+from breaker.diagnosis.curves import phase_colours
 from breaker.figures import panels, style
 
 POSTERIORS = {

@@ -256,7 +256,7 @@ def test_nothing_is_left_to_do_after_a_run_in_any_other_place(workflow, tmp_path
 def test_figures_show_something_and_stores_state_what_made_them(workflow):
     figures = sorted(path.name for path in (workflow / "figures").glob("*.png"))
     # Of both motions, of the life, and of shipped networks.
-    assert len(figures) == 24 + 6 + 4
+    assert len(figures) == 24 + 5 + 4
     for name in figures:
         assert np.ptp(imread(workflow / "figures" / name)) > 0.0, name
     stores = [*(workflow / "results").rglob("*.zarr")]

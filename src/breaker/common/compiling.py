@@ -1,12 +1,11 @@
 """Loops compiled by numba if it is installed, or else run in Python, and the number of threads.
 
-A division by zero gives inf or nan in both, as in numpy.
+Divide numbers of numpy: a division by zero then gives inf or nan in both.
 """
 
 import os
 import sys
 from collections.abc import Callable
-from functools import wraps
 from typing import Any
 
 
@@ -48,19 +47,8 @@ def numba_or_plain() -> tuple[Callable, Callable]:
     try:
         from numba import njit, prange
     except ModuleNotFoundError:
-        return lambda function=None, **_: _plain(function) if function else _plain, range
+        import numpy as np
+
+        plain = np.errstate(all="ignore")
+        return lambda function=None, **_: plain(function) if function else plain, range
     return njit, prange
-
-
-def _plain(function: Callable) -> Callable:
-    import numpy as np
-
-    @wraps(function)
-    def plain(*args: Any) -> Any:
-        with np.errstate(all="ignore"):
-            try:
-                return function(*args)
-            except ZeroDivisionError:  # raised by Python's numbers, but not by numpy's
-                return function(*(np.float64(e) if isinstance(e, float) else e for e in args))
-
-    return plain

@@ -4,8 +4,7 @@ A module is searched among the installed ones, then in the working directory.
 """
 
 import sys
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
@@ -15,8 +14,7 @@ def load(text: str) -> Callable:
     """Return the function of ``module:function``; raise a ValueError with a remedy if missing."""
     file = file_of(text)
     module, _, name = text.partition(":")
-    with _working_directory():
-        attribute = getattr(import_module(module), name, None)
+    attribute = getattr(import_module(module), name, None)
     if not callable(attribute):
         raise ValueError(f"{text}: {file} has no function {name!r}; define it, or name another")
     return attribute
@@ -30,23 +28,14 @@ def file_of(text: str) -> Path:
     if not (colon and all(part.isidentifier() for part in [*module.split("."), name])):
         raise ValueError(f"{text!r} must have the form module:function, such as own_prior:prior")
     here = Path.cwd()
-    with _working_directory():
-        try:
-            spec = find_spec(module)
-        except ModuleNotFoundError:  # a package above it
-            spec = None
+    if str(here) not in sys.path:
+        sys.path.append(str(here))
+    try:
+        spec = find_spec(module)
+    except ModuleNotFoundError:  # a package above it
+        spec = None
     if spec is None or not spec.has_location:
         path = f"{module.replace('.', '/')}.py"
         raise ValueError(f"{text}: no module {module!r}; install it, or put {path} into {here}")
     file = Path(spec.origin)
     return file.relative_to(here) if file.is_relative_to(here) else file
-
-
-@contextmanager
-def _working_directory() -> Iterator[None]:
-    before = sys.path[:]
-    sys.path.append(str(Path.cwd()))
-    try:
-        yield
-    finally:
-        sys.path[:] = before

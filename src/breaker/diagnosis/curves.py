@@ -1,6 +1,7 @@
-"""Curves for figures, at times after the first detected motion, alone and over a reference."""
+"""Curves for figures, at times after the first detected motion, over a reference, and colours."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from itertools import cycle
 from typing import NamedTuple
 
 import numpy as np
@@ -13,6 +14,27 @@ from breaker.records.files import printable
 
 TOLERANCE = 0.05
 """Half-width of the tolerance band around a reference, share of its stroke (IEC 62271-100)."""
+
+_OF_PHASES = {
+    # red, amber, blue
+    **dict.fromkeys(("R Y B", "R S T", "A B C"), ("#C62828", "#E39A00", "#1F5FBF")),
+    **dict.fromkeys(("L1 L2 L3", "U V W"), ("#8B4A1C", "#000000", "#808080")),  # IEC 60445
+}
+_OTHERS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
+
+
+def phase_colours(names: Iterable[str]) -> dict[str, str]:
+    """Return the colour of each phase: the usual one if all names are of one system, else any.
+
+    >>> phase_colours(["L2", "L1"])
+    {'L2': '#000000', 'L1': '#8B4A1C'}
+    """
+    names = [*dict.fromkeys(names)]
+    for system, colours in _OF_PHASES.items():
+        known = dict(zip(system.split(), colours, strict=True))
+        if {name.upper() for name in names} <= known.keys():
+            return {name: known[name.upper()] for name in names}
+    return dict(zip(names, cycle(_OTHERS)))
 
 
 def curve_of(record: DriveRecord, begin: float = 0.0) -> tuple[np.ndarray, np.ndarray]:

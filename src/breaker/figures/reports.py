@@ -8,10 +8,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from breaker.common.colours import phase_colours
 from breaker.common.document import html_page
 from breaker.common.numerals import in_digits
-from breaker.diagnosis.curves import curve_of, speed_zone
+from breaker.diagnosis.curves import curve_of, phase_colours, speed_zone
 from breaker.figures import panels as p
 from breaker.figures import style
 from breaker.figures.records import difference

@@ -5,8 +5,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from breaker.common.colours import phase_colours
-from breaker.diagnosis.curves import Overlay, overlaid, speed_zone
+from breaker.diagnosis.curves import Overlay, overlaid, phase_colours, speed_zone
 from breaker.diagnosis.estimate import DriveRecord, Estimate
 from breaker.diagnosis.report import Panel
 from breaker.diagnosis.session import Diagnosis
