@@ -227,6 +227,22 @@ def mean_error(readings: Sequence[np.ndarray], name: str, stroke: float) -> floa
     return float(np.sqrt(total))
 
 
+def parameter_change(name: str, share: np.ndarray) -> QuantityChange:
+    """Return the change of a parameter or of an additional effect, percent, from posterior draws of
+    the relative change, ``(d,)``.
+
+    The records determine the change if its interval excludes zero or is narrow, unless all draws
+    are without a change.
+    """
+    quantiles = 1.0 - SURE, 0.5, SURE
+    change, moved = 100.0 * np.quantile(share, quantiles), share[share != 0.0]
+    known = moved.size > 0 and (change[0] * change[2] > 0.0 or np.ptp(change) < _NARROW)
+    if_changed = 100.0 * np.quantile(moved, quantiles) if moved.size else change
+    sides = (share > 0.0).mean(), (share < 0.0).mean()
+    values = {"change": change, "if_changed": if_changed, "identifiable": bool(known)}
+    return QuantityChange.of(_INFERRED[name], *sides, **values)
+
+
 @dataclass(frozen=True, eq=False)
 class NetworkChanges:
     """Changes between two inspections that networks infer.
@@ -257,24 +273,6 @@ class NetworkChanges:
         unchanged = np.arange(_DRAWS) < probability * _DRAWS
         draws = {name: np.where(unchanged, 0.0, draw) for name, draw in self.draws.items()}
         return replace(self, draws=draws)
-
-    @property
-    def rows(self) -> list[QuantityChange]:
-        """Change of each parameter, then of each additional effect, percent.
-
-        The records determine the change of a parameter if its interval excludes zero or is narrow,
-        unless all draws are without a change.
-        """
-        rows, quantiles = [], (1.0 - SURE, 0.5, SURE)
-        for name, share in self.draws.items():
-            change, moved = 100.0 * np.quantile(share, quantiles), share[share != 0.0]
-            known = moved.size > 0 and (change[0] * change[2] > 0.0 or np.ptp(change) < _NARROW)
-            values = {"change": change, "if_changed": change, "identifiable": bool(known)}
-            if moved.size:
-                values["if_changed"] = 100.0 * np.quantile(moved, quantiles)
-            sides = (share > 0.0).mean(), (share < 0.0).mean()
-            rows.append(QuantityChange.of(_INFERRED[name], *sides, **values))
-        return rows
 
 
 def compare(

@@ -7,7 +7,7 @@ the records determine. docs/reference/files.md lists the keys of the JSON.
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
-from breaker.common.document import Cell, Document, Remark, Table
+from breaker.common.document import Cell, Document, Table
 from breaker.common.numerals import first_of, in_digits, in_p
 from breaker.common.plain_values import Plain, note_of, plainly
 from breaker.common.randomness import generator
@@ -21,6 +21,7 @@ from breaker.diagnosis.changes import (
     in_unit,
     mean_of,
     measured_changes,
+    parameter_change,
 )
 from breaker.diagnosis.estimate import NOTHING, DriveRecord
 from breaker.diagnosis.explanations import (
@@ -53,11 +54,7 @@ class InspectionChange(Plain):
     """The comparison of two inspections.
 
     Attributes:
-        state: "estimated", "outside_family", "beyond_wear" (larger than any simulated wear),
-            "operations_disagree" (closing and opening contradict each other) or "different_setup".
-        family: Family of the networks, or the nearest one.
-        matches: "p_value" and "parts" of the match with the family, by motion and inspection.
-        agreement: "p_value" of the "parameter" in which closing and opening agree least.
+        state, family, matches, agreement: As of ``NetworkChanges``.
         settings: "seed" and "misfit_p_value".
         records: Number of records, by motion and inspection.
         rejected: "file", "motion" and "inspection" of records that were not used, and the "reason".
@@ -250,7 +247,7 @@ def inspection_change(
         differences=differences,
         explanations=explanations,
         measured=measured,
-        inferred=changes.rows,
+        inferred=[parameter_change(*pair) for pair in changes.draws.items()],
         limits=judge(limits, find, more["settings"]["seed"], "visits"),
         **more,
     )
@@ -296,30 +293,31 @@ def _by_motion(records: Sequence[DriveRecord]) -> dict[str, list[Record]]:
 def words_of_change(document: InspectionChange) -> Document:
     """Return a comparison in words."""
     limits = [limits_table(("", limit) for limit in document.limits)] if document.limits else []
-    advice = [*map(Remark, document.advice)]
-    look = [Table(title=say("look-first"), rows=advice)] if advice else []
-    warnings = [f"WARNING: {warning}" for warning in document.warnings]
-    return Document(
-        summary=[*warnings, *document.summary], parts=[*limits, _table(document), *look]
-    )
+    summary = [*(f"WARNING: {warning}" for warning in document.warnings), *document.summary]
+    return Document(summary=summary, parts=[*limits, _table(document), *_look(document.advice)])
 
 
 def change_tables(compared: Mapping[str, InspectionChange | str]) -> list[Table]:
     """Return a table of changes for each phase of a report, and one on where to look first; a phase
     that cannot be compared has a text with the reason.
     """
-    tables, look = [], {}
+    tables, advice = [], []
     for phase, document in compared.items():
-        table, notes = Table(), [document]
+        table, since = Table(notes=[document]), say("earlier")
         if isinstance(document, InspectionChange):
             changed = [row for row in document.inferred if row.changed]
-            look |= dict.fromkeys(document.advice)
             table = _table(replace(document, inferred=changed))
-            notes = document.summary
-        since = document.since if isinstance(document, InspectionChange) else say("earlier")
+            table, since = replace(table, notes=document.summary), document.since
+            advice += document.advice
         title = say("changes-title", since=since) + f", {phase}" * bool(phase)
-        tables.append(replace(table, title=title, notes=notes))
-    return tables + [Table(title=say("look-first"), notes=[*look])] * bool(look)
+        tables.append(replace(table, title=title))
+    return tables + _look(advice)
+
+
+def _look(advice: Sequence[str]) -> list[Table]:
+    """Return a table on where to look first, if there is advice."""
+    title, notes = say("look-first"), [*dict.fromkeys(advice)]
+    return [Table(title=title, notes=notes)] if notes else []
 
 
 def _table(document: InspectionChange) -> Table:

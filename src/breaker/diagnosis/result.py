@@ -47,7 +47,7 @@ def result_of(diagnosis: "Diagnosis") -> Result:
     both = zip(diagnosis.estimates, diagnosis.judge(diagnosis.estimates), strict=True)
     records = [_record(estimate, verdicts, given) for estimate, verdicts in both]
     absent, of_change = _not_judged(diagnosis)
-    doubts = [*diagnosis.doubts, *doubts_about(read)]
+    doubts = [*doubts_about(read), *diagnosis.doubts]
     result = {
         # Remarks list all motions that no drive makes.
         "warnings": [*map(note_of, [*doubts, *no_drive[:1], *absent])],
