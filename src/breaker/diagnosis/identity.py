@@ -14,7 +14,6 @@ from breaker.diagnosis.estimate import DriveRecord
 from breaker.diagnosis.words import Sentence, say
 from breaker.records.dates import earlier
 from breaker.records.files import Files, printable
-from breaker.records.header import stated_as
 
 Inspections = Mapping[str, Sequence[DriveRecord]]
 """Records "before" and "today"."""
@@ -27,12 +26,18 @@ def contradictions(records: Iterable[DriveRecord]) -> list[Sentence]:
     """
     usable, conflicts = [record for record in records if not record.reason], []
     for name in () if any(e.operation.breaker for e in usable) else ("serial", "bay", "type"):
-        stated = {bare(value): value for e in usable if (value := getattr(e.stated, name))}
         poles = {(phase_of(record), bare(getattr(record.stated, name))) for record in usable}
         own = name == "serial" and len(poles) == len({phase for phase, _ in poles} - {""})
+        stated = _stated(usable, name)
         if len(stated) > 1 and not own:
             conflicts.append(say(f"{name}-differs", values=" and ".join(sorted(stated.values()))))
     return conflicts
+
+
+def _stated(records: Iterable[DriveRecord], name: str) -> dict[str, str]:
+    """Return the different values that tables, or else files, state, by their bare spelling."""
+    values = (getattr(e.operation, name, "") or getattr(e.stated, name) for e in records)
+    return {bare(value): value for value in values if value}
 
 
 def doubts_about(records: Sequence[DriveRecord]) -> list[str]:
@@ -119,12 +124,9 @@ def stated_differences(inspections: Inspections) -> list[Sentence]:
     names = {"ratio": "linkage ratio", "serial": "serial number", "bay": "bay", "type": "type"}
     differences = []
     for key, name in names.items():
-        before, today = (
-            {v for e in records if (v := getattr(e.operation, key, "") or getattr(e.stated, key))}
-            for records in inspections.values()
-        )
-        if len(before) == len(today) == 1 and {*map(bare, before)} != {*map(bare, today)}:
-            (was,), (now,) = before, today
+        before, today = (_stated(records, key) for records in inspections.values())
+        if len(before) == len(today) == 1 and before.keys() != today.keys():
+            was, now = (*before.values(), *today.values())
             differences.append(say("stated-otherwise", what=name, before=was, today=now))
     return differences
 
@@ -143,13 +145,8 @@ def nameplate(
         **{n.title(): [getattr(e, n) for e in stated] for n in ("station", "bay", "type")},
         "Serial": [e.serial for e in stated],
         "Linkage ratio": [e.ratio for e in stated],
+        "Temperature": [f"{in_digits(t, 4)} °C" for e in rows if not isnan(t := e.temperature)],
     }
-    for name in ("Gas pressure", "Temperature", "Operator"):
-        pairs = [pair for e in stated for pair in stated_as(e.pairs, name)[:1]]
-        known[name] = [f"{pair.text} {pair.unit}".rstrip() for pair in pairs]
-    degrees = [f"{in_digits(e.temperature, 4)} °C" for e in rows if not isnan(e.temperature)]
-    known["Temperature"] = degrees or known["Temperature"]
-    known["Contacts"] = [str(e.settings.get("contact_column") or "") for e in rows]
     always = {"Breaker", "Test date", *(["Earlier inspection"] if before else [])}
     pairs = [(name, ", ".join(filter(None, dict.fromkeys(e)))) for name, e in known.items()]
     lacking = Cell("not stated", "faint")

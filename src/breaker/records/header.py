@@ -69,7 +69,6 @@ class Header:
         strokes: Strokes that the analyser measured, mm, of any channel and motion.
     """
 
-    pairs: tuple[Pair, ...] = ()
     rate: float = math.nan
     rate_doubt: str = ""
     travel_unit: str = ""
@@ -108,7 +107,6 @@ def header_of(rows: Sequence[Sequence[str]], samples: int = 0) -> Header:
     length *= TO_MS.get(unit_of(unit) or "", math.nan)
     rate, doubt = _rate(pairs, samples / length if samples and length > 0 else math.nan)
     return Header(
-        pairs=tuple(pairs),
         rate=rate,
         rate_doubt=doubt,
         travel_unit=next((pair.text for pair in stated_as(pairs, "unit")), ""),
