@@ -69,8 +69,7 @@ def readings():
         measured = measure_curve(time, travel, motion, contact=contact, speeds=speeds)
         shown = {key: item for key, item in measured.items() if not item.reason}
         rows += [(name, quantity, value, sd) for quantity, (value, sd, _) in shown.items()]
-        start = start_interval(time, travel, motion)
-        rows.append((name, "start", start.early, start.late))
+        rows.append((name, "start", *start_interval(time, travel, motion)))
     return pd.DataFrame(rows, columns=["record", "quantity", "value", "sd"])
 
 

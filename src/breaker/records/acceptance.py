@@ -67,7 +67,7 @@ def document_of(groups: Sequence[CheckedGroup]) -> Document:
         remarked = [result for result in accepted if result.remarks]
         counts = len(accepted) + len(rejected), len(accepted), len(remarked), len(rejected)
         strokes = _range([result.record.segment.stroke for result in accepted])
-        noises = _range([result.noise.sd for result in accepted])
+        noises = _range([result.record.noise.sd for result in accepted])
         rows.append([name, *map(str, counts), strokes, noises])
         texts["Rejected:"] += [(name, error.file, str(error)) for error in rejected]
         texts["Remarks on accepted records:"] += [

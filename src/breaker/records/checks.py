@@ -2,11 +2,7 @@
 
 Each check compares one statistic with its distribution under white noise of the record's own
 standard deviation, at the rate ``FALSE`` of false alarms; other limits are physical. Each check is
-kept because damaged files of ``studies.faults`` would be wrong without a remark if it were missing:
-of 684 accepted files (seed 11) 49 without *spike*, 38 without *jump* and *slip*, 4 without
-*open-rest-off*, 2 without *clipped*; of 120 files of one kind (seed 33) 5 without *hum*, 2 without
-*range-ends*; of 52 files with an excursion 6 without *unsteady*; of 52 with a burst 2 without
-*disturbed*.
+kept because damaged files of ``studies.faults`` would be wrong without a remark if it were missing.
 """
 
 from collections.abc import Mapping
@@ -315,43 +311,32 @@ def check_stroke(stroke: float, settings: Mapping) -> None:
         )
 
 
-def rest_of_open(segment: Segment, settings: Mapping, motion: str) -> float:
-    """Return the reading to subtract for an open breaker at rest, mm.
+def open_rest(
+    segment: Segment, settings: Mapping, motion: str, zero_sd: float | None = None
+) -> tuple[float, str]:
+    """Return the reading to subtract for an open breaker at rest, mm, and a remark if this rest is
+    not where the settings state it, else "".
 
-    If an opening still creeps at the end of its record, this is its farthest reading.
-
-    Raises:
-        UnusableError: If the open breaker is far from zero.
-    """
-    seen, rest = _open(segment, motion)
-    if settings["zero"] == "rest":
-        return rest
-    if seen and abs(rest) > _FAR * segment.stroke:
-        raise UnusableError(
-            f"the open breaker rests at {rest:.2f} mm, not near 0: check endurance.format.sign, or "
-            "set endurance.format.zero to rest or to its reading"
-        )
-    return 0.0
-
-
-def rest_remark(segment: Segment, settings: Mapping, motion: str, zero_sd: float | None) -> str:
-    """Return a remark if the open rest is not where the settings state it; "" if it is.
+    If an opening still creeps at the end of its record, the reading is its farthest.
 
     Args:
         segment: The motion in its record.
         settings: The section ``endurance.format``, complete.
         motion: "closing" or "opening".
-        zero_sd: Standard deviation of the zero that the model assumes, mm, if any.
+        zero_sd: Standard deviation of the zero that a model assumes, mm, if any.
+
+    Raises:
+        UnusableError: If the open breaker is far from zero.
     """
-    seen, rest = _open(segment, motion)
+    seen, rest = True, segment.before
+    if motion == "opening":
+        seen, rest = segment.arrived and bool(np.isnan(segment.back)), segment.after
     if settings["zero"] == "rest":
-        return "" if seen else Remark("open-rest-unseen")
+        return rest, "" if seen else Remark("open-rest-unseen")
+    if seen and abs(rest) > _FAR * segment.stroke:
+        raise UnusableError(
+            f"the open breaker rests at {rest:.2f} mm, not near 0: check endurance.format.sign, or "
+            "set endurance.format.zero to rest or to its reading"
+        )
     far = np.inf if zero_sd is None else normal_sds(1) * zero_sd + MATTERS * segment.stroke
-    return Remark("open-rest-off", rest=f"{rest:.2f}") if seen and abs(rest) > far else ""
-
-
-def _open(segment: Segment, motion: str) -> tuple[bool, float]:
-    """Return whether the record shows the open breaker at rest, and the rest position, mm."""
-    if motion == "closing":
-        return True, segment.before
-    return segment.arrived and bool(np.isnan(segment.back)), segment.after
+    return 0.0, Remark("open-rest-off", rest=f"{rest:.2f}") if seen and abs(rest) > far else ""

@@ -42,7 +42,6 @@ class ContactTimes(NamedTuple):
     arcing_sd: float = np.nan
     trigger: float = np.nan  # when the coil was energised
     trigger_sd: float = 0.0
-    bounces: float = np.nan  # number of interruptions after the first touch
     bounce_time: float = np.nan  # from the first touch to the last
     why: str = ""  # reason why there is no time of the contact; empty otherwise
 
@@ -97,7 +96,7 @@ class _Switch(NamedTuple):
         lasts = float(np.ptp(switches))
         if not self.closing and lasts > RESOLVED:
             raise NotShownError(f"the contact closes again within {lasts:.1f} ms of separation")
-        return ContactTimes(time, sd, bounces=switches.size - 1.0, bounce_time=lasts)
+        return ContactTimes(time, sd, bounce_time=lasts)
 
 
 def events_of(
@@ -219,7 +218,7 @@ def _of_range(
     folds = abs(signal.edge(1.0 / step) - time)
     jumps = signal.closing and folds <= max(_LASTS, np.diff(signal.time[:2])[0])
     sd = signal.sd(time, 2.0 * max(folds, RESOLVED))
-    if distinct and opened - arcing > 1.0 and not timed.bounces and not jumps:
+    if distinct and opened - arcing > 1.0 and not timed.bounce_time and not jumps:
         return ContactTimes(time, sd, *main, time, sd)
     if not distinct and np.isnan(arcing):  # otherwise ripple may hide the arcing contact
         main = timed[:2]

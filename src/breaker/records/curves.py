@@ -18,7 +18,6 @@ import numpy as np
 from breaker.model.quantities import ABOUT, SPEEDS, Speed, quantities_of
 from breaker.records.files import RejectedCurveError, printable
 from breaker.records.measurements import Measured
-from breaker.records.noise import Noise
 from breaker.records.operations import Operation
 from breaker.records.reader import Reader
 from breaker.records.record import Record
@@ -118,11 +117,10 @@ def check_missing(gridded: Gridded, allowed: float) -> None:
 
 @dataclass(frozen=True)
 class GriddedRecord:
-    """A record as in its file and on the grid of a model, its noise at rest, and remarks."""
+    """A record as in its file and on the grid of a model, and remarks."""
 
     record: Record
     gridded: Gridded
-    noise: Noise
     remarks: tuple[str, ...]
 
 
@@ -214,7 +212,7 @@ def put_on_grid(record: Record, grid: Grid) -> GriddedRecord:
     except UnusableError as error:
         raise RejectedCurveError(record.operation.file, str(error)) from error
     remarks = tuple(filter(None, (record.warning, *record.remarks_on(grid))))
-    return GriddedRecord(record, gridded, record.noise, remarks)
+    return GriddedRecord(record, gridded, remarks)
 
 
 def _row(

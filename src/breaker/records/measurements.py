@@ -24,13 +24,13 @@ from breaker.records.axes import seen_quantum
 from breaker.records.checks import doubtful_samples, ends_of_range, leap_at
 from breaker.records.contacts import ContactTimes
 from breaker.records.currents import Currents
-from breaker.records.first_motion import StartInterval, first_motion, start_interval
+from breaker.records.first_motion import first_motion, start_interval
 from breaker.records.motion import LocatedMotion, find_segment
 from breaker.records.propagation import FEW, Trace, Uncertain, error_of
 from breaker.records.rejections import NotShownError, UnusableError
 
 _SEEN = 3.0  # sd above which a drift, a swing or a distance beyond a rest is not noise
-_VAGUE = 0.4  # durations; a wider start interval hides changes of the reaction time
+_VAGUE = 0.45  # durations; a wider start interval hides changes of the reaction time
 _BEFORE = (5.0, 0.05)  # durations before the first motion between which the rest before it is read
 _AFTER = 8.0  # durations after the arrival, end of the rest after the motion
 _LATE = 0.6  # share of the time after the arrival, at its end, that counts as rest
@@ -256,30 +256,30 @@ class Reading:
     # ---- the start ---------------------------------------------------------------------------
 
     @cached_property
-    def start(self) -> StartInterval:
-        """Interval of the start of motion; up to the arrival if the samples show no rise."""
+    def start(self) -> tuple[float, float]:
+        """Ends of a 95 % interval of the start of motion, ms."""
         located = self.located
         try:
             return start_interval(located.time[located.inside], located.left, located.motion)
-        except UnusableError:
-            ends = float(self.trace.time[0]), self.arrival
-            return StartInterval(*ends, self.duration)
+        except UnusableError:  # the samples show no rise
+            return float(self.trace.time[0]), self.arrival
 
     @property
     def start_hidden(self) -> str:
         """Reason why the first motion has no value; "" if it has one."""
-        start = self.start
-        if start.late - start.early <= _VAGUE * start.duration:
+        early, late = self.start
+        if late - early <= _VAGUE * self.duration:
             return ""
         return (
-            f"the first motion is not seen: it is between {start.early:.1f} and {start.late:.1f} "
-            "ms, as a slow start, hum or noise hides it"
+            f"the first motion is not seen: it is between {early:.1f} and {late:.1f} ms, as a slow "
+            "start, hum or noise hides it"
         )
 
     @property
     def start_sd(self) -> float:
         """Standard deviation of the first motion, ms: its 95 % interval contains the start's."""
-        return max(self.located.first_motion_sd, self.start.sd_of(self.located.moves))
+        (early, late), moves = self.start, self.located.moves
+        return max(self.located.moves_sd, (moves - early) / 1.96, (late - moves) / 1.96)
 
     @cached_property
     def _first_motion(self) -> Uncertain:

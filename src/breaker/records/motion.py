@@ -274,12 +274,3 @@ class LocatedMotion:
     def ripple(self) -> float:
         """Root mean square of a ripple of the reading in the motion, mm; 0 if none is clear."""
         return self.segment.stroke * ripple_of(self.done)
-
-    @cached_property
-    def first_motion_sd(self) -> float:
-        """Standard deviation of the first motion, ms, by its fit and a ripple of the reading."""
-        there = self.time[self.inside] >= self.moves  # another motion may end earlier
-        done = np.where(there, self.done, 0.0)
-        low, high = ((done >= share).argmax() for share in (0.3 * _BEGUN, 2 * _BEGUN))
-        slow = (high - low) * self.step / (1.7 * _BEGUN)  # ms/stroke
-        return float(np.hypot(self.moves_sd, self.ripple / self.segment.stroke * slow))

@@ -18,9 +18,7 @@ from breaker.records.rejections import NotShownError
 FEW = 6
 """Fewest samples of a local fit, two more than its coefficients, and of the mean of a rest."""
 
-# Half the width of a local fit is chosen so that the error of the cubic (_BEND of the stroke for a
-# fit as long as the motion) is a third of the error by noise.
-_WIDTH, _BEND = 11.0, 0.02
+_WIDTH = 11.0  # of a local fit, so that the error of the cubic is a third of the error by noise
 _MEMORY = 1e-4  # correlation of samples that counts as none
 _SLIP = 0.7  # sd of the error of a slip, as a share of its size: any part of it may be travel
 _NUMBERS = count()  # numbers of errors
@@ -36,25 +34,21 @@ class LocalCubic:
     shares: np.ndarray  # times of the samples relative to near, divided by half, (w,)
     travel: np.ndarray  # travel of the samples, (w,), mm
     window: np.ndarray  # places of the samples, (w,)
-    error: float  # error of the cubic itself, mm
+    error: float  # error by rounding, mm
 
     def __post_init__(self) -> None:
         powers = self.shares[:, None] ** np.arange(4)
         self._inverse = np.linalg.solve(powers.T @ powers, powers.T)
-        self._coefficients = self._inverse @ self.travel
 
-    def _basis(self, time: float, order: int) -> np.ndarray:
+    def weights(self, time: float, order: int = 0) -> np.ndarray:
+        """Return the weights of the samples in the value or a derivative at a time, ``(w,)``."""
         u = (time - self.near) / self.half
         rows = (1.0, u, u * u, u**3), (0.0, 1.0, 2.0 * u, 3.0 * u * u), (0.0, 0.0, 2.0, 6.0 * u)
-        return np.array(rows[order]) / self.half**order
+        return np.array(rows[order]) / self.half**order @ self._inverse
 
     def value(self, time: float, order: int = 0) -> float:
         """Return the value or a derivative, mm/ms^order."""
-        return float(self._basis(time, order) @ self._coefficients)
-
-    def weights(self, time: float, order: int = 0) -> np.ndarray:
-        """Return the weights of the samples in the value or derivative, ``(w,)``."""
-        return self._basis(time, order) @ self._inverse
+        return float(self.weights(time, order) @ self.travel)
 
     def solve(self, time: float, value: float, order: int = 0) -> float:
         """Return the time in the window, near ``time``, at which the fit has a value."""
@@ -66,16 +60,11 @@ class LocalCubic:
 
 
 def settling(travel: np.ndarray) -> tuple[float, np.ndarray] | None:
-    """Return the position at which travel comes to rest, mm, and its sample weights, ``(n,)``.
+    """Return the position at which travel ``(n,)`` at even times comes to rest, mm, and its weights
+    of the travel, ``(n,)``; None if it does not settle.
 
     Late in a motion, ``y'' + r y' + s (y - e) = 0``: a damped swing, or the sum of two decays,
     about the rest e. Summed twice, the equation is linear in r, s and s e, and the noise averages.
-
-    Args:
-        travel: Travel, ``(n,)``, mm, evenly spaced; no sample missing.
-
-    Returns:
-        None if the travel does not settle.
     """
     n = travel.size
     sums, x = np.tri(n) / n, np.arange(n) / n
@@ -292,6 +281,5 @@ class Trace:
         else:
             raise NotShownError("samples are missing at the point")
         travel, shares = self.travel[window], (window - centre) * self.step / half
-        bend = _BEND * self.stroke * (half / self.duration) ** 2
-        error = math.hypot(self._rounding(float(np.std(travel))), bend)
+        error = self._rounding(float(np.std(travel)))
         return LocalCubic(float(self.time[centre]), half, shares, travel, window, error)

@@ -149,7 +149,7 @@ def _motions(proposal: Proposal) -> Table:
         place = column if phase in (*column.split(), "") else f"{column} {phase}"
         begins, ends = motion.begins, ("", "", "", "REJECTED")
         if record:
-            sizes = in_digits(record.segment.stroke, 4), in_digits(motion.result.noise.sd, 2)
+            sizes = in_digits(record.segment.stroke, 4), in_digits(motion.result.record.noise.sd, 2)
             begins, ends = record.moves, (*sizes, str(record.masked), "accepted")
         rows.append((place, motion.motion, f"{begins:.1f}", f"{motion.arrives:.1f}", *ends))
     return Table((*heads, "as proposed"), rows, "  times in ms, lengths in mm")

@@ -21,7 +21,7 @@ from breaker.records.checks import (
     check_stroke,
     doubtful_samples,
     doubts_in_words,
-    rest_of_open,
+    open_rest,
 )
 from breaker.records.contacts import events_of
 from breaker.records.currents import Currents
@@ -192,7 +192,7 @@ def _locate(
     segment = find_segment(time, sure, motion, begin=operation.begin, end=operation.end)
     check_slips(time, sure, samples.doubts, segment)
     check_stroke(segment.stroke, settings)
-    rest = rest_of_open(segment, settings, motion)
+    rest, _ = open_rest(segment, settings, motion)
     inside = slice(segment.begin, segment.end)
     moves = first_motion(time[inside], sure[inside], motion)
     located = motion, time, samples.travel, samples.doubts, samples.quantum, segment, *moves

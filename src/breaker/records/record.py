@@ -14,12 +14,7 @@ import numpy as np
 
 from breaker.common.numerals import in_digits
 from breaker.model.quantities import Speed
-from breaker.records.checks import (
-    doubts_in_words,
-    of_no_drive,
-    rest_remark,
-    unsteady_remark,
-)
+from breaker.records.checks import doubts_in_words, of_no_drive, open_rest, unsteady_remark
 from breaker.records.contacts import ContactTimes
 from breaker.records.currents import Currents
 from breaker.records.measurements import Measured, Reading
@@ -66,7 +61,7 @@ class Record(LocatedMotion):
         remarks = [
             *self.file_remarks,
             self.no_drive,
-            rest_remark(self.segment, self.settings, self.motion, zero_sd),
+            open_rest(self.segment, self.settings, self.motion, zero_sd)[1],
             doubts_in_words(self.time, self.doubts),
         ]
         ends = filter(isfinite, self.reading.ends)
@@ -75,8 +70,8 @@ class Record(LocatedMotion):
             remarks.append(Remark("ripples", rms=in_digits(self.ripple, 2)))
         time = self.time[self.inside]
         remarks.append(unsteady_remark(time, self.left, self.moves, self.segment))
-        if grid and grid.onset_sd and self.first_motion_sd > grid.onset_sd:
-            shown = in_digits(self.first_motion_sd, 2)
+        if grid and grid.onset_sd and self.moves_sd > grid.onset_sd:
+            shown = in_digits(self.moves_sd, 2)
             remarks.append(Remark("onset-vague", sd=shown, assumed=grid.onset_sd))
         if grid and grid.noise_sd is not None:
             every = float(grid.times[1] - grid.times[0]) / self.step
