@@ -145,18 +145,8 @@ def test_a_mistake_is_named_with_its_place_and_remedy(tmp_path, text, reason):
 
 # ---- settings ------------------------------------------------------------------------------------
 
-REFUSED = [
-    ("time_unit", {"time_unit": "min"}),
-    ("zero", {"zero": "start"}),
-    ("stroke", {"stroke": [60.0, 4.0]}),
-    ("delimiter", {"delimiter": "\\t"}),
-    ("colour", {"colour": "red"}),
-    ("encoding", {"encoding": "base64"}),
-    ("encoding", {"encoding": "utf-9"}),
-]
 
-
-@pytest.mark.parametrize(("key", "settings"), REFUSED)
-def test_settings_that_fit_no_file_are_refused(key, settings):
-    with pytest.raises(ValueError, match=key):
+@pytest.mark.parametrize("settings", [{"colour": "red"}, {"encoding": "base64"}])
+def test_unknown_settings_are_refused(settings):
+    with pytest.raises(ValueError, match=next(iter(settings))):
         complete(settings)

@@ -114,16 +114,13 @@ def words_of(proposal: Proposal) -> Document:
         time = f"time in column {sheet.column(clock.place)!r}, {clock.unit or 'an unknown unit'}"
     rate = "rate not known" if np.isnan(clock.rate) else f"{in_digits(clock.rate, 6)} kHz"
     size = f"{len(sheet.columns)} columns, {sheet.columns[0].size} samples"
-    tables = _motions(proposal), _wired(proposal)
     remarks = [*proposal.remarks]
     texts = [("", f"{m.motion}, {m.column}", text) for m in proposal.motions for text in m.said]
     for (_, where, text), *others in alike(texts):
         remarks.append(f"{where}{f' and {len(others)} more' if others else ''}: {text}")
     parts = [Table(title=str(sheet.file), rows=[f"  {sheet.kind}; {size}; {time}, {rate}"])]
-    parts += [table for table in tables if table.rows]
-    parts += (
-        [Table(title="To look at:", rows=[Remark(e, ITEM) for e in remarks])] if remarks else []
-    )
+    looked = Table(title="To look at:", rows=[Remark(e, ITEM) for e in remarks])
+    parts += [table for table in (_motions(proposal), _wired(proposal), looked) if table.rows]
     if lacking := " and ".join(proposal.lacking):
         what = "Above, a number stands in for what is lacking."
         parts.append(Table(title=f"Fill in {lacking}. {what}"))

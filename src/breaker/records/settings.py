@@ -58,29 +58,16 @@ def lacking(settings: Mapping) -> str:
 
 
 def complete(settings: Mapping) -> dict:
-    """Return settings, completed by defaults.
+    """Return settings, completed by defaults; ``configuration`` checks most values.
 
     Raises:
-        ValueError: If a setting is unknown, or its value is not allowed.
+        ValueError: If a setting is unknown, or the encoding.
     """
     if unknown := [key for key in settings if key not in FORMAT]:
         raise ValueError(f"endurance.format has no {', '.join(unknown)}; see config/config.yaml")
     settings = {**FORMAT, **settings}
-    zero, stroke = settings["zero"], settings["stroke"]
-    allowed = {
-        "time_unit": (settings["time_unit"] in TO_MS, f"one of {', '.join(TO_MS)}"),
-        "zero": (not isinstance(zero, str) or zero == "rest", "a number or rest"),
-        "stroke": (not stroke or 0 < stroke[0] < stroke[1], "least and largest, mm, or null"),
-        "delimiter": (len(settings["delimiter"]) == 1, "one sign"),
-        "encoding": (_is_encoding(settings["encoding"]), "an encoding of text, such as utf-8"),
-    }
-    for name, (is_allowed, what) in allowed.items():
-        if not is_allowed:
-            raise ValueError(f"endurance.format.{name} is {settings[name]!r}, but must be {what}")
-    return settings
-
-
-def _is_encoding(name: str) -> bool:
     with suppress(LookupError, ValueError):
-        return codecs.lookup(name)._is_text_encoding
-    return False
+        if codecs.lookup(settings["encoding"])._is_text_encoding:
+            return settings
+    what = "an encoding of text, such as utf-8"
+    raise ValueError(f"endurance.format.encoding is {settings['encoding']!r}, but must be {what}")

@@ -126,11 +126,8 @@ def split_unit(name: str) -> tuple[str, str | None]:
 
 
 def amperes_of(name: str, unit: str = "") -> float:
-    """Return the amperes of one unit of a column; nan if the unit is not a current.
-
-    Args:
-        name: Name of the column. An `A` after the name is a phase, unless it names a current.
-        unit: Unit that is stated separately from the name.
+    """Return the amperes of one unit of a column; nan if the unit, which may be stated separately
+    from the name, is not a current. An `A` after a name is a phase, unless it names a current.
     """
     if unit.strip():
         return WORDS["amperes"].get(unit_of(unit), float("nan"))
@@ -141,10 +138,7 @@ def amperes_of(name: str, unit: str = "") -> float:
 
 
 def microohms_of(name: str, unit: str = "") -> float:
-    """Return the microohms of one unit of a column; nan if the unit is not a resistance.
-
-    ``unit`` is stated separately from the name; if empty, the name may contain the unit.
-    """
+    """Return the microohms of one unit of a column; nan if the unit is not a resistance."""
     stated = unit_of(unit) if unit.strip() else split_unit(name)[1]
     stated = stated or unit_of(name.rpartition(" ")[2])
     return WORDS["microohms"].get(stated, float("nan"))

@@ -5,7 +5,6 @@ and ``.dat``. Recorders leave many cells of the ``.cfg`` empty.
 from __future__ import annotations
 
 import re
-from collections import Counter
 from collections.abc import Mapping
 from contextlib import suppress
 from datetime import datetime
@@ -20,7 +19,7 @@ from breaker.records.settings import FORMAT, SAME_RATE, TO_MS
 from breaker.records.sheet import Sheet
 
 _TYPES = {"BINARY": "<i2", "BINARY32": "<i4", "FLOAT32": "<f4"}  # types of analog samples
-_NO_SAMPLE = 99999  # missing sample in ASCII, from 1999 on
+_NO_SAMPLE = 99999  # missing sample in ASCII
 
 
 def read(opened: Opened, form: Mapping) -> list[Sheet]:
@@ -73,7 +72,7 @@ class _Description:
         analog, status = map(int, counts.groups())
         grid = 2 + analog + status
         last = grid + 4 + max(1, int(float(lines[grid + 1][0] or 0)))
-        self.kind, self.old = lines[last][0].upper(), lines[0][2] in ("", "1991")
+        self.kind = lines[last][0].upper()
         rates = lines[grid + 2 : last - 2]
         self.rates = [(float(rate or 0), int(float(end or -1))) for rate, end, *_ in rates]
         ends = [0, *(end for _, end in self.rates)]
@@ -84,15 +83,15 @@ class _Description:
         channels = lines[2:grid]
         self.scales = [(float(c[5] or "nan"), float(c[6] or 0)) for c in channels[:analog]]
         self.units = [*(channel[4] for channel in channels[:analog]), *[""] * status]
-        several = Counter(channel[1] for channel in channels)  # several poles may share a name
-        names = (f"{c[1]} {c[2]}".strip() if several[c[1]] > 1 else c[1] for c in channels)
+        names = (f"{name} {phase}".strip() for _, name, phase, *_ in channels)
         self.names = [name or f"channel {i}" for i, name in enumerate(names, start=1)]
         begin, trigger = (",".join(lines[i][:2]) for i in (last - 2, last - 1))
         self.stated = [["Station :", lines[0][0]]]
-        with suppress(ValueError):
-            order = "%m/%d/%Y" if self.old else "%d/%m/%Y"
-            begun = datetime.strptime(begin.partition(".")[0], f"{order},%H:%M:%S")
-            self.stated.append(["Test Date :", begun.isoformat()])
+        with suppress(ValueError):  # before 1999, the order of day and month differs
+            begun = datetime.strptime(begin.partition(".")[0], "%d/%m/%Y,%H:%M:%S")
+            self.stated += (
+                [] if lines[0][2] in ("", "1991") else [["Test Date :", begun.isoformat()]]
+            )
         factor = float(lines[last + 1][0] or 0) if last + 1 < len(lines) else 0.0
         unit = 1e-9 if re.search(r"\.\d{7}", f"{begin} {trigger}") else 1e-6
         self.stamp = (factor or 1.0) * unit
@@ -128,8 +127,7 @@ def _in_text(head: _Description, data: bytes, source: str | Path) -> list[np.nda
         reason = f"has a line without {width} numbers: of the sample, its time, and its channels"
         line = min(wrong, default=None)
         raise RejectedCurveError(source, f"{reason}; copy it again", line=line)
-    missing = np.nan if head.old else _NO_SAMPLE
-    return [np.where(numbers == missing, np.nan, numbers) for numbers, _ in columns[1:]]
+    return [np.where(numbers == _NO_SAMPLE, np.nan, numbers) for numbers, _ in columns[1:]]
 
 
 def _times(file: str | Path, head: _Description, stamps: np.ndarray) -> np.ndarray:

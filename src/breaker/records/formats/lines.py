@@ -26,12 +26,8 @@ _FIELDS = re.compile(r"(.*[;|\t,])?\s*([^\W\d][^:=;|\t,]*)[:=]")  # fields befor
 
 
 class RecordLine(NamedTuple):
-    """Line that is a record.
-
-    Attributes:
-        line: Line of the file, from 1.
-        number: Number of the operation.
-        date: Date as ISO 8601, with time if stated; empty if not stated or ambiguous.
+    """Line of the file, from 1, that is a record; number of its operation; its date as ISO 8601,
+    with time if stated, empty if not stated or ambiguous.
     """
 
     line: int
