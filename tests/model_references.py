@@ -22,7 +22,7 @@ def changed(theta, **values):
 
 
 def integrate(theta, times, motion):
-    """Integrate one operation that starts at 0: travel (t,), switching time, reopening."""
+    """Integrate one operation that starts at 0: travel (t,) and switching time."""
     mu, k_a, k_b, gamma_a, gamma_b, f, gap = theta.tolist()
     closing, held = motion == "closing", (f + k_b * gap) / (k_a + k_b)
     pull = f if closing else 0.0
@@ -43,9 +43,8 @@ def integrate(theta, times, motion):
         return k_b * (y[0] - gap) + gamma_b * y[1]
 
     distance.direction, force.direction = 1, -1
-    modes = ((free, distance), (closed, force)) if closing else ((closed, force), (free, distance))
+    mode, event, next_mode = (free, distance, closed) if closing else (closed, force, free)
     start = np.zeros(4) if closing else np.array([held, 0, gap, 0])
-    (mode, event), (next_mode, next_event) = modes
     event.terminal = True
     position = np.full(len(times), start[0])
     before = solve_ivp(mode, (0, times[-1]), start, events=event, dense_output=True, **TIGHT)
@@ -55,16 +54,13 @@ def integrate(theta, times, motion):
     if first.any():
         position[first] = before.sol(times[first])[0]
     if not touched:
-        return position, switching, False
+        return position, switching
     state = before.y[:, -1].copy()
     if closing:
         state[2:] = gap, 0.0
-    after = solve_ivp(
-        next_mode, (switching, times[-1]), state, t_eval=times[second], events=next_event, **TIGHT
-    )
+    after = solve_ivp(next_mode, (switching, times[-1]), state, t_eval=times[second], **TIGHT)
     position[second] = after.y[0]
-    falls = after.t_events[0].size > 0 or force(switching, state) <= 0
-    return position, switching, closing and bool(falls)
+    return position, switching
 
 
 def system(theta, mode, pull):

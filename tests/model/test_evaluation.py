@@ -108,7 +108,7 @@ def dense(request, prior):
 
 
 def test_speeds_are_those_of_dense_curves(dense):
-    motion, theta, (curves, switching, _) = dense
+    motion, theta, (curves, switching) = dense
     rests = np.column_stack([np.zeros(len(theta)), closed_rest(theta)])
     rests = rests if motion == "closing" else rests[:, ::-1]
     speeds = speeds_of(DEFINED)
@@ -124,7 +124,7 @@ def test_speeds_are_those_of_dense_curves(dense):
 def test_other_quantities_are_those_of_dense_curves(dense, prior):
     """Without the parabola over-travels would be ten times further away."""
     assert np.array_equal(MEDIANS, prior.medians)  # on which the sizes of ``evaluation`` rest
-    motion, theta, (curves, switching, _) = dense
+    motion, theta, (curves, switching) = dense
     held = closed_rest(theta)
     done = (curves if motion == "closing" else held[:, None] - curves) / held[:, None]
     ten, ninety = (TIMES[np.argmax(done >= share, axis=1)] for share in (0.1, 0.9))

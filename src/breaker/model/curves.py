@@ -8,8 +8,8 @@ result does not depend on the grid of the samples, and the cost grows with the r
 - If the contact does not touch or separate by the last sample, the switching time is ``inf``.
 - If the contact is not pressed at the start of an opening (``f <= k_a L``, outside the support of
   the prior), it separates at time 0.
-- If the contact force falls to zero again after the touch, the curve is flagged as ``reopening``;
-  the second separation is not modelled.
+- If the contact force falls to zero again after the touch (0.3 % of the prior), the contact stays
+  closed: the second separation is not modelled.
 """
 
 from collections.abc import Iterator
@@ -32,12 +32,10 @@ class Motion(NamedTuple):
     Attributes:
         travel: Position of the drive, ``(n, t)``, mm.
         switching: Time from the start of motion to the contact event, ``(n,)``, ms; or ``inf``.
-        reopening: Whether the contact force of a closing fell to zero again, ``(n,)`` of bool.
     """
 
     travel: np.ndarray
     switching: np.ndarray
-    reopening: np.ndarray
 
 
 def travel(
@@ -137,7 +135,7 @@ def _of_block(theta: np.ndarray, *others: np.ndarray) -> list[np.ndarray]:
 
 
 def _empty(n: int, t: int) -> Motion:
-    return Motion(np.empty((n, t)), np.empty(n), np.empty(n, dtype=np.bool_))
+    return Motion(np.empty((n, t)), np.empty(n))
 
 
 # ---- checks ----------------------------------------------------------------------------------

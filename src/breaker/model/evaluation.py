@@ -105,7 +105,7 @@ class _Curves:
 
     def __init__(self, theta: np.ndarray, motion: str) -> None:
         closing = motion == "closing"
-        curves, switching, _ = travel(theta, TIMES, motion)
+        curves, switching = travel(theta, TIMES, motion)
         self.pressed = spring_compression(theta) > 0
         # Whether there is a contact event, and its time from the start of motion, ms.
         self.exists = np.isfinite(switching) & (self.pressed | closing)

@@ -55,7 +55,6 @@ class Margin(NamedTuple):
     speed: float
     contact: float
     offset: float
-    ends: bool  # whether its zero ends the mode or is only flagged
 
 
 # ---- linear systems --------------------------------------------------------------------------
@@ -216,7 +215,7 @@ def _follow(mode, margin, watching, state, start, times, travel, sample, buffers
     """Fill a curve in one mode, from the state at ``start`` until the margin ends the mode.
 
     Return the next sample, the time of the margin's zero (inf if it has none by the last sample),
-    and x_a and x_a' at the end of the mode. With ``watching`` false no zero is sought.
+    and x_a and x_a' at the end of the mode. Without ``watching``, the mode does not end.
     """
     propagate(mode, margin, buffers)
     rows, position, h = buffers.rows, buffers.position, mode.h
@@ -231,8 +230,8 @@ def _follow(mode, margin, watching, state, start, times, travel, sample, buffers
             coefficients(rows, 2, y, offset, buffers.margin)
             u = first_zero(buffers.margin)
             if begin + (1 + u) * h <= times[-1]:
-                watching, zero = False, begin + (1 + u) * h
-        ended = margin.ends and zero < np.inf
+                zero = begin + (1 + u) * h
+        ended = zero < np.inf
         coefficients(rows, 0, y, mode.x_a, position)
         first, sample = sample, _passed(times, sample, zero if ended else stop)
         # Fill full vectors of eight: the next interval overwrites the surplus samples.
@@ -248,31 +247,29 @@ def _follow(mode, margin, watching, state, start, times, travel, sample, buffers
 
 @_compiled
 def _curve(theta, rates, times, onset, closing, travel, buffers):
-    """Fill one curve; return its switching time after the onset and its reopening flag."""
+    """Fill one curve; return its switching time after the onset."""
     _, _, k_b, _, gamma_b, f, gap = theta
-    force = Margin(k_b, gamma_b, 0.0, -k_b * gap, not closing)  # contact force
     if closing:
         pull, state = f, (0.0, 0.0, 0.0, 0.0)
-        margin = Margin(0.0, 0.0, -1.0, gap, True)  # distance to the gap
+        margin = Margin(0.0, 0.0, -1.0, gap)  # distance to the gap
     else:
         pull, state = 0.0, (mode_of(theta, rates, False, f).x_a, 0.0, gap, 0.0)
-        margin = force
+        margin = Margin(k_b, gamma_b, 0.0, -k_b * gap)  # contact force
     sample = _passed(times, 0, onset)
     travel[:sample] = state[0]
     mode = mode_of(theta, rates, closing, pull)
     sample, switching, x_a, v_a = _follow(
         mode, margin, True, state, onset, times, travel, sample, buffers
     )
-    again = np.inf
     if sample < times.size:  # the contact stops at the gap, or leaves it from rest
         mode, state = mode_of(theta, rates, not closing, pull), (x_a, v_a, gap, 0.0)
-        again = _follow(mode, force, closing, state, switching, times, travel, sample, buffers)[1]
-    return switching - onset, again < np.inf
+        _follow(mode, margin, False, state, switching, times, travel, sample, buffers)
+    return switching - onset
 
 
 @compiled(parallel=True)
-def simulate(theta, rates, times, onset, closing, travel, switching, reopening):
-    """Fill curves (n, t), switching times (n,) and reopening flags (n,) of parameters (n, p).
+def simulate(theta, rates, times, onset, closing, travel, switching):
+    """Fill curves (n, t) and switching times (n,) of parameters (n, p).
 
     Rates (n, 2) are bounds for the closed and the free contact (``equations.fastest_rate``).
     """
@@ -281,6 +278,4 @@ def simulate(theta, rates, times, onset, closing, travel, switching, reopening):
         terms, squares = np.empty((5, 4, _TERMS)), np.empty((2, 4, 4))
         buffers = Buffers(terms[:3], squares[0], squares[1], terms[3, 0], terms[4, 0])
         for i in range(block * _ROWS, min(n, (block + 1) * _ROWS)):
-            switching[i], reopening[i] = _curve(
-                theta[i], rates[i], times, onset[i], closing, travel[i], buffers
-            )
+            switching[i] = _curve(theta[i], rates[i], times, onset[i], closing, travel[i], buffers)
