@@ -164,10 +164,7 @@ def test_a_file_is_read_with_all_tensors_and_settings_of_a_drive_only(parts, tmp
             reading(tmp_path, settings, left)
 
     for value in (None, "x", -1, [], {}):
-        for wrong in (
-            {"kind": value},
-            {"prior": value},
-            {"prior": settings["prior"] | {"L": value}},
-        ):
+        prior = {"prior": settings["prior"] | {"L": value}}
+        for wrong in ({"kind": value}, {"prior": value}, prior):
             with pytest.raises(ModelFileError):
                 reading(tmp_path, settings | wrong, tensors)
