@@ -10,41 +10,29 @@ three standard deviations and a tolerance (times: 0.5 ms), or if it is of anothe
 import json
 import re
 import tempfile
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 
+from breaker.configuration.loading import load
+from breaker.records.proposal import inspect_file
 from studies.exports.layouts import write_export
 from studies.exports.scores import VERDICTS, bare, score
 from studies.shared import call, in_pool, parser, report, sampled
 
 
-def part(text: str, head: str) -> list[str]:
-    """Return the lines of a text below a heading, up to an empty one."""
-    match = re.search(rf"^  {head}.*\n((?:.+\n)*)", text, re.MULTILINE)
-    return match[1].splitlines() if match else []
-
-
-def read_inspection(text: str, truth: dict) -> dict:
-    """Return the channels and columns in the tables that `breaker inspect` prints."""
-    names = {bare(c): c for c in truth["columns"]}
-    motion = r"(closing|opening)"
+def inspect(path: Path, truth: dict) -> dict:
+    """Return the channels that are read, and the contact and coil of each channel and motion."""
+    names = {bare(column): column for column in truth["columns"]}
     document: dict = {"columns": [], "moves": []}
-    for line in part(text, "column +motion +first"):
-        result = re.match(rf"  (.+?)\s+{motion}\s.*\saccepted", line)
-        if result:
-            known = [name for name in names if name and result[1].startswith(name)]
-            document["moves"].append([max(known, key=len, default=result[1]), result[2]])
-    for line in part(text, "contacts and coils"):
-        result = re.match(rf"  (.+?)\s+{motion}\s\s\s(.*)", line)
-        if result:
-            cells = [c.strip() or None for c in re.split(r"\s{2,}", result[3])][:2]
-            cells = [cells[0], None] if len(cells) == 1 else cells
-            cells = [
-                (cell and re.split(", (?:test current|not) ", cell)[0]) or None for cell in cells
-            ]
-            document["columns"].append([names.get(result[1], result[1]), result[2], *cells])
+    with suppress(ValueError):
+        for seen in inspect_file(path, load()["sensor"]).motions:
+            column, motion = str(seen.column), seen.motion
+            cells = [seen.paired.get(f"{kind}_column") for kind in ("contact", "trigger")]
+            document["moves"] += [[column, motion]] if seen.record else []
+            document["columns"].append([names.get(bare(column), column), motion, *cells])
     return document
 
 
@@ -53,8 +41,8 @@ def ask(path: Path, truth: dict, folder: Path) -> tuple[dict, list[str]]:
     layout, overlay, failures = folder / "layout.yaml", folder / "own.yaml", []
     for file in (layout, overlay):
         file.unlink(missing_ok=True)
-    status, text, err = call("inspect", path, "--output", layout)
-    document = read_inspection(text, truth) | {"records": [], "refused": []}
+    status, _, err = call("inspect", path, "--output", layout)
+    document = inspect(path, truth) | {"records": [], "refused": []}
     if not layout.exists():
         return document, [f"inspect: {status} {err}"]
     rate = rf"rate: {truth['rate']:.12g}\1"

@@ -8,7 +8,6 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from studies.exports.__main__ import read_inspection
 from studies.exports.layouts import write_export
 from studies.exports.scores import bare, score, true_values
 
@@ -131,21 +130,3 @@ def test_planted_faults_are_false(truth, change, names):
     document = copy.deepcopy(document_of(truth))
     change(document)
     assert {r.name for r in score(truth, document) if r.verdict == "false"} >= names
-
-
-def test_tables_of_an_inspection_are_read():
-    text = """
-  column        motion    first motion    rest by     stroke     noise  as proposed
-  Travel T1 R   closing           62.4      105.6      148.6     0.049  accepted
-  Travel T2     closing           62.4      105.6                       REJECTED
-
-  contacts and coils, which breaker report and breaker inspect FOLDER take for each
-  Travel T1     closing   DCRM Res CH1, test current DCRM Cur CH1  Coil Current C1 (A)
-  Travel T2     closing                 Coil Current C2 (A)
-"""
-    said = read_inspection(text, {"columns": ["Travel T1 (mm)", "Travel T2 (mm)"]})
-    assert said["moves"] == [["Travel T1", "closing"]]
-    assert said["columns"] == [
-        ["Travel T1 (mm)", "closing", "DCRM Res CH1", "Coil Current C1 (A)"],
-        ["Travel T2 (mm)", "closing", None, "Coil Current C2 (A)"],
-    ]
