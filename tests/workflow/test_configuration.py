@@ -27,13 +27,6 @@ from tests.workflow.conftest import ROOT, snakemake
 MOST = 140  # settings
 OVERLAYS = ["paper.yaml", "precise.yaml", "any.yaml", "test.yaml"]
 SCHEMA = script("envs/defaults.py").schema()
-FREE = {"events", "by_motion", "speeds"}
-
-
-def problems_of(config) -> str:
-    with pytest.raises(ConfigurationError) as caught:
-        check(config)
-    return str(caught.value)
 
 
 @pytest.fixture
@@ -107,53 +100,31 @@ def test_one_motion_has_settings_of_its_own(tmp_path, kind):
     assert type(inference) is INFERENCE_NETWORKS[kind]
 
 
-# ---- every setting refuses what is wrong
-
-
-def numbers(part: dict):
-    """Yield every part of a setting that may be a number, a text or a list."""
-    yield part
-    for inner in (*part.get("anyOf", ()), *filter(None, [part.get("items")])):
-        yield from numbers(inner)
-
-
-def beyond(part: dict):
-    """Return a value out of the bounds of a setting."""
-    for one in numbers(part):
-        if "enum" in one or "const" in one:
-            continue
-        if one.get("type") in ("number", "integer"):
-            assert {"minimum", "exclusiveMinimum"} & set(one)
-            value = one.get("maximum", one.get("exclusiveMaximum")) * 2 + 1
-            return int(value) if one["type"] == "integer" else float(value)
-        if one.get("type") == "string":
-            return "x" * (one["maxLength"] + 1)
-    return "none of these"
+# ---- every setting is explained, bounded, and refuses what is wrong
 
 
 @pytest.mark.parametrize("key", [key for key, _ in parts(SCHEMA)], ids=".".join)
-def test_a_wrong_value_or_type_is_refused_by_name(key):
-    """And each setting is explained."""
+def test_a_wrong_value_or_key_is_refused_by_name(key):
     part, name = dict(parts(SCHEMA))[key], ".".join(key)
     assert re.fullmatch(r"\S.*\.", part["description"])
-    free = key[-1] in FREE
-    for value in (object(), {"no such key": object()} if free else beyond(part)):
-        config = defaults()
-        reduce(getitem, key[:-1], config)[key[-1]] = value
-        assert name in problems_of(config)
+    for kind in [part, *part.get("anyOf", ())]:
+        if kind.get("type") in ("number", "integer") and "const" not in kind and "enum" not in kind:
+            assert {"minimum", "exclusiveMinimum"} & set(kind)
+            assert {"maximum", "exclusiveMaximum"} & set(kind)
     config = defaults()
     section = reduce(getitem, key[:-1], config)
-    section[f"{key[-1]}_"] = section[key[-1]]
-    assert f"{name}_ is not a known key" in problems_of(config)
+    section[f"{key[-1]}_"], section[key[-1]] = 1, object()
+    with pytest.raises(ConfigurationError) as caught:
+        check(config)
+    assert f"{name} " in str(caught.value)
+    assert f"{name}_ is not a known key" in str(caught.value)
 
 
 # ---- messages: an overlay, and what stands in the message
 
 WRONG = """
-shards: 3
-    shards is not a known key
 by_motion: {closing: {network: {summary: {featurs: 1}}}}
-    by_motion.closing.network.summary.featurs
+    by_motion.closing.network.summary.featurs is not a known key
 model: {simulator: mine}
     model.simulator is "mine": must be module:function
 # how YAML reads numbers and texts
@@ -165,25 +136,17 @@ sensor: {stop: .inf}
     sensor.stop
 motions: [closing, closing]
     motions is
-endurance: {curves: 2024-11-20, events: {12: [f], oil: 2024-11-20}}
-    endurance.curves is "2024-11-20"
-    endurance.events[12] is not a known key
-    endurance.events.oil
 endurance: {format: {ratio: 1,3}}
-    endurance.format[3] is not a known key
-    such as 1.3
+    endurance.format[3] is not a known key: Write numbers with a point, such as 1.3
 # limits
-limits: [{name: a, motion: closed, uper: {f: 1}}]
-    limits[0].motion is "closed"
-    limits[0].uper is not a known key
-limits: [{name: a, motion: closing}, {name: a, motion: opening, lower: {f: 1}}]
-    limits[0]
-    limits has a name twice
 limits: [{name: a, motion: closing, lower: {closing_speed: 1.3 m/s}, tolerance: 3 mm}]
     limits[0].lower.closing_speed is "1.3 m/s": must be a number in mm, ms or m/s without its unit
     limits[0].tolerance is "3 mm"
 limits: [{name: a, motion: closing, of: record, lower: {closing velocity: 1}}]
+    limits[0] cannot be used
     closing_speed
+limits: [{name: a, motion: closing, lower: {f: 1}}, {name: a, motion: opening, lower: {f: 1}}]
+    limits has a name twice
 limits: [{name: a, motion: closing, lower: {f: 1}}]
 motions: [opening]
     limits has no limit of opening
@@ -215,13 +178,6 @@ def test_message_names_file_key_value_and_what_is_allowed(complaint, overlay, ex
     message = complaint(overlay)
     for fragment in [*map(str.strip, expected.splitlines()), "overlay_0.yaml: "]:
         assert fragment in message
-    assert "pattern" not in message
-
-
-def test_a_decimal_comma_is_one_problem(complaint):
-    message = complaint("limits: [{name: a, motion: closing, lower: {closing_speed: 1,3}}]")
-    assert message.count("limits[0].lower") == 1
-    assert "such as 1.3" in message
 
 
 def test_all_problems_of_all_files_are_listed(complaint):
@@ -259,16 +215,11 @@ def test_the_table_of_a_folder_of_curves_is_looked_into(complaint, tmp_path):
 
 
 @pytest.mark.parametrize(
-    "content",
-    [
-        *("seed: [1", "- 1", "seed: 1\n---\nseed: 2", "\n# é".encode("latin-1")),
-        *("seed: 2001-13-01", "seed: !!python/object/apply:os.getpid []"),
-    ],
-    ids=range(6),
+    "content", [b"seed: [1", b"- 1", b"# \xe9", b"seed: !!python/object/apply:os.getpid []"]
 )
 def test_a_file_that_cannot_be_read_is_named(tmp_path, content):
     path = tmp_path / "mine.yaml"
-    path.write_bytes(content if isinstance(content, bytes) else content.encode())
+    path.write_bytes(content)
     with pytest.raises(ConfigurationError, match=rf"^{path}: "):
         load([path])
     with pytest.raises(FileNotFoundError, match=r"gone\.yaml"):
@@ -302,9 +253,6 @@ class Loose:
         medians = [2.0, 0.045, 0.04, 0.3, 0.12, 0.75, 10.0]  # 0.2 % of draws have f < k_a L
         return medians * np.exp(0.1 * rng.standard_normal((n, 7)))
 
-def broken():
-    raise RuntimeError("boom")
-
 def simulate(theta, times, motion, rng):
     return theta[:, :1] * np.ones_like(times)
 
@@ -318,8 +266,6 @@ def short(theta, times, motion, rng):
     [
         ("Prior", "simulate", True),
         ("Loose", None, False),
-        ("Prior", None, False),  # the drive of the paper has other parameters
-        ("broken", "simulate", False),
         ("Prior", "short", False),
         ("Prior", "nothing", False),
     ],

@@ -105,11 +105,6 @@ def edited(folder: Path) -> Iterator[None]:
             os.utime(file, ns=(stat.st_atime_ns, stat.st_mtime_ns))
 
 
-def edit_closing_training(folder: Path) -> None:
-    own = yaml.safe_load((folder / "config/test.yaml").read_text())["by_motion"]
-    edit_config(folder, by_motion={"closing": own["closing"] | {"training": {"steps": 80}}})
-
-
 def edit_config(folder: Path, **sections: dict | list) -> None:
     path = folder / "config/test.yaml"
     overlay = yaml.safe_load(path.read_text())
@@ -135,10 +130,6 @@ def setting(**sections: dict | list) -> Callable[[Path], None]:
     return lambda folder: edit_config(folder, **sections)
 
 
-def edit_of(file: str, line: str = "# an edit") -> Callable[[Path], None]:
-    return lambda folder: append(folder, file, line)
-
-
 def edit_in(file: str, old: str, new: str) -> Callable[[Path], None]:
     """Put another text in the place of the first one."""
 
@@ -150,46 +141,45 @@ def edit_in(file: str, old: str, new: str) -> Callable[[Path], None]:
     return edit
 
 
-def damage(file: Path) -> None:
+def damage(folder: Path) -> None:
+    file = folder / "src/breaker/shipped/medium_voltage_changes.safetensors"
     file.write_bytes(file.read_bytes()[:-1] + b"x")
 
 
 # Edit, and rules that run again. The same table stands in docs/development.md.
-FIGURE = ["figure_validation", "figure_validation_reader"]  # of one job
-ANSWERS = ["infer", "infer_family", *FROM_INFERENCE]
-NOISE = [*READING, *TRAINING, "identifiability"]
 BANK = ["bank_shard", *TRAINING, "identifiability"]
-CORRECTION = ["correct_validation", *FROM_CORRECTION]
 TIRED = {"name": "tired", "of": "change", "lower": {"f": "-5 %"}}
 SLOWER = {"f": {"median": 0.8, "log_sd": 0.1}}
+DOCSTRING = '"""', '"""In other words: '
 EDITS = {
-    "style of one figure": (edit_of("src/breaker/figures/pairs.py"), FIGURE),
-    "validation.seed": (
-        setting(validation={"seed": 21}),
-        [*VALIDATION, "validate_family", *FAMILY],
+    "style of one figure": (
+        edit_in("src/breaker/figures/pairs.py", *DOCSTRING),
+        ["figure_validation", "figure_validation_reader"],  # of one job
     ),
-    "by_motion.closing": (edit_closing_training, TRAINING),
-    "sensor.noise_sd": (setting(sensor={"noise_sd": 0.12}), NOISE),
-    "sensor.onset_sd": (setting(sensor={"onset_sd": 0.2}), [*READING, *PRIOR_PREDICTIVE, *BANK]),
+    "by_motion.closing": (
+        edit_in("config/test.yaml", "flow_matching}}}", "flow_matching}}, training: {steps: 80}}"),
+        TRAINING,
+    ),
     "prior": (setting(prior=SLOWER), [*PRIOR_PREDICTIVE, *BANK]),
     "validation.posterior": (setting(validation={"posterior": "corrected"}), VALIDATION_FIGURES),
-    "endurance.draws": (setting(endurance={"draws": 60}), ANSWERS),
-    "correction": (setting(validation={"correction_rounds": 8}), CORRECTION),
+    "endurance.draws": (
+        setting(endurance={"draws": 60}),
+        ["infer", "infer_family", *FROM_INFERENCE],
+    ),
     "endurance.curves": (put_own_curves, READING),
     "limits": (setting(limits=[TIRED]), LIFE),
     "planning": (setting(planning={"years": 3.0}), [*DECISIONS, *NUMBERS]),
-    "trend": (setting(trend={"horizon": 5000}), LIFE),
     # The reader, and the measured truth of what is simulated.
     "a word of the lexicon": (
         edit_in("src/breaker/records/words.yaml", "'travel|", "'travel|excursion|"),
         [*READING, "rig_truth", "validate_reader", "figure_validation_reader", "quality"],
     ),
     "a shipped network": (
-        lambda folder: damage(folder / "src/breaker/shipped/medium_voltage_changes.safetensors"),
+        damage,
         ["validate_family", "family_quality", "infer_family", *FROM_INFERENCE, *LIFE],
     ),
     "a docstring of the curves": (
-        edit_in("src/breaker/model/curves.py", '"""', '"""In other words: '),
+        edit_in("src/breaker/model/curves.py", *DOCSTRING),
         # Records are read, and families answer, without the model of the paper.
         [*PRIOR_PREDICTIVE, *BANK, "rig_truth", *BY_MODEL],
     ),
@@ -201,13 +191,8 @@ ALWAYS = [
     ("style of one figure", "endurance.draws", "planning"),
     ("by_motion.closing", "limits"),
 ]
-OTHERS = [
-    ("validation.posterior", "a shipped network"),
-    ("validation.seed", "trend"),
-    ("correction", "endurance.curves"),
-]
-USED = {name for names in ALWAYS + OTHERS for name in names}
-OTHERS += [(name,) for name in EDITS if name not in USED]
+OTHERS = [("validation.posterior", "a shipped network"), ("prior",), ("endurance.curves",)]
+OTHERS += [("a word of the lexicon",), ("a docstring of the curves",)]
 # Shards, chunks and sources are several jobs; everything else is one a motion, or one.
 SEVERAL = {"bank_shard", "read_curves", "infer", "infer_family", "validate_family"}
 
