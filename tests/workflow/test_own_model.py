@@ -65,15 +65,3 @@ def test_all_makes_what_needs_no_density_and_an_edit_runs_it_again(tmp_path):
     with (folder / "own.py").open("a", encoding="utf-8") as file:
         file.write("# an edit\n")
     assert rules_of(run("-n")) == RULES
-    (folder / "curves").mkdir()
-    (folder / "curves/1.csv").write_text("time,travel\n", encoding="utf-8")
-    rows = "file,motion,operation\n1.csv,closing,1\n"
-    (folder / "curves/operations.csv").write_text(rows, encoding="utf-8")
-    curves = ["--config", "endurance={'curves': 'curves'}"]
-    text = snakemake("-n", "all", "--configfile", "my.yaml", *curves, folder=folder)
-    assert {"infer", "gather"} < rules_of(text)
-    shutil.copy(ROOT / "docs/examples/own_prior.py", folder)  # which has a density
-    model = {"model": {"prior": "own_prior:Springs"}}
-    (folder / "exact.yaml").write_text(yaml.dump(model), encoding="utf-8")
-    text = snakemake("-n", "all", "--configfile", "exact.yaml", folder=folder)
-    assert {"correct_validation", "life"} < rules_of(text)

@@ -149,7 +149,6 @@ def damage(folder: Path) -> None:
 # Edit, and rules that run again. The same table stands in docs/development.md.
 BANK = ["bank_shard", *TRAINING, "identifiability"]
 TIRED = {"name": "tired", "of": "change", "lower": {"f": "-5 %"}}
-SLOWER = {"f": {"median": 0.8, "log_sd": 0.1}}
 DOCSTRING = '"""', '"""In other words: '
 EDITS = {
     "style of one figure": (
@@ -160,7 +159,7 @@ EDITS = {
         edit_in("config/test.yaml", "flow_matching}}}", "flow_matching}}, training: {steps: 80}}"),
         TRAINING,
     ),
-    "prior": (setting(prior=SLOWER), [*PRIOR_PREDICTIVE, *BANK]),
+    "prior": (setting(prior={"f": {"median": 0.8, "log_sd": 0.1}}), [*PRIOR_PREDICTIVE, *BANK]),
     "validation.posterior": (setting(validation={"posterior": "corrected"}), VALIDATION_FIGURES),
     "endurance.draws": (
         setting(endurance={"draws": 60}),
@@ -269,33 +268,3 @@ def test_the_paper_is_made_in_a_folder_of_its_own(workflow):
     assert not {name for name in rules if "shipped" in name or "family_train" in name}
     made = re.findall(r"^ +(?:output|log|benchmark): (.*)$", text, re.M)
     assert all(path.startswith("paper/") for line in made for path in line.split(", "))
-
-
-@pytest.mark.slow
-def test_another_prior_is_refused_for_shipped_networks_and_shards_are_kept(workflow):
-    with edited(workflow):
-        edit_config(workflow, prior=SLOWER)
-        assert "snakemake -c2 family" in run(workflow, "-n", "validate_shipped", fails=True)
-    with edited(workflow):
-        edit_config(workflow, bank={"shards": 3})
-        jobs = planned(workflow)
-    assert jobs["bank_shard"] == 2  # one a motion
-    assert set(jobs) == {"bank_shard", *TRAINING}
-
-
-@pytest.mark.slow
-def test_appended_operations_run_their_own_chunk_and_what_follows(workflow):
-    own, targets = workflow / "own", ("results/endurance/closing.zarr", "results/life.zarr")
-    shutil.rmtree(own, ignore_errors=True)
-    with edited(workflow):
-        put_own_curves(workflow)
-        chunks = [f"results/endurance/{m}/curves_00{i}.zarr" for m in MOTIONS for i in range(2)]
-        run(workflow, "-c2", *chunks)
-        run(workflow, "-c2", "--touch", *targets)  # the same curves: what follows is up to date
-        rows = [f"{m}_00030.csv,{m},{number}\n" for m in MOTIONS for number in range(31, 36)]
-        with (own / "operations.csv").open("a", encoding="utf-8") as table:
-            table.writelines(rows)
-        jobs = [planned(workflow, target) for target in targets]
-    # Two chunks of 20 and 10 operations: the second one alone; a life with all its records.
-    assert jobs[0] == dict.fromkeys(("read_curves", "infer", "infer_family", "gather"), 1)
-    assert jobs[1] == {"read_curves": 2, "life": 1}
