@@ -8,21 +8,14 @@ from breaker.common.randomness import generator
 from breaker.configuration.loading import defaults
 from breaker.figures import calibration, pairs, style
 from breaker.figures.exactness import exactness
-from breaker.figures.life import (
-    changes,
-    coverage,
-    health,
-    remaining_life,
-)
+from breaker.figures.life import changes, coverage, health, remaining_life
 from breaker.figures.verdict import verdict
 from breaker.paper import validation
 from breaker.paper.calibration import judge_draws
 from breaker.prognosis.states import states_of
 from tests.figures.drawn import assert_drawn, line_of, words
 from tests.lives import LIMITS, a_life
-from tests.paper.made import NAMES, exact_posteriors, judgement, posteriors
-
-MEDIANS = np.array([2.0, 0.045, 0.040, 0.30, 0.12, 0.75, 10.0])
+from tests.paper.made import NAMES, corrected_curves, exact_posteriors, judgement
 
 # ---- posteriors of simulated records -------------------------------------------------------------
 
@@ -79,23 +72,18 @@ def test_pairs_have_column_across_and_row_up():
             assert set(up.get_ydata()) == {truth[row]}
 
 
-@pytest.mark.parametrize("case", ["none resolved", "faulty", "no example"])
+@pytest.mark.parametrize("case", ["none resolved", "faulty"])
 def test_exactness_is_drawn_of_curves_that_fail(case):
-    names = NAMES[:7]
-    amortised, corrected = posteriors(names, 10)
+    corrected = corrected_curves(10)
+    judged = judgement(corrected, 10)
     if case == "none resolved":
         corrected["resolved"] = corrected.resolved & False
-    judged = judgement(corrected, 10)
-    if case == "faulty":
-        corrected.draws[1], corrected.resolved[1] = np.nan, False
+    else:
         for name in ("efficiency", "pareto_k"):
             corrected[name][1] = judged[name][4] = np.nan
         judged.divergence[4], judged.pareto_k[5], judged.divergence[6] = np.nan, np.inf, np.inf
-    elif case == "no example":
-        corrected.draws[:] = np.nan
-    chosen = validation.examples(judged, amortised, corrected)
     row = validation.summary(judged, corrected).iloc[0]
-    assert_drawn(exactness(judged, corrected, chosen, row, motion="opening"))
+    assert_drawn(exactness(judged, corrected, row, motion="opening"))
 
 
 # ---- a life --------------------------------------------------------------------------------------

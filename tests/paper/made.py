@@ -7,7 +7,6 @@ from breaker.common.randomness import generator
 from breaker.model.parameters import NAMES as PARAMETERS
 
 NAMES = [*PARAMETERS, "onset"]
-CURVES, JUDGED, DRAWS = 40, 30, 60
 
 
 def exact_posteriors(rng, n, draws, *, prior_sd, contraction, bias=0.0, width=1.0):
@@ -25,28 +24,16 @@ def exact_posteriors(rng, n, draws, *, prior_sd, contraction, bias=0.0, width=1.
     return mean[:, None] + sd * (bias + width * noise), truth
 
 
-def posteriors(names=NAMES, curves=CURVES):
-    """Amortised and corrected draws of simulated curves, in files' layout."""
-    rng = generator(21, "test", "exactness")
-    truth = rng.standard_normal((curves, len(names)))
-    log = np.array([name != "onset" for name in names])
-
-    def drawn(width):
-        z = truth[:, None] + width * rng.standard_normal((curves, DRAWS, len(names)))
-        values = {"draws": (("curve", "draw", "output"), np.where(log, np.exp(z), z))}
-        values["truth"] = ("curve", "output"), np.where(log, np.exp(truth), truth)
-        return xr.Dataset(values, {"output": list(names)})
-
-    amortised, corrected = drawn(0.30), drawn(0.25)
-    return amortised, corrected.assign(
-        efficiency=("curve", rng.uniform(0.4, 0.7, curves)),
-        pareto_k=("curve", rng.normal(0.2, 0.1, curves)),
-        rounds=("curve", 1 + (np.arange(curves) % 5 == 0)),
-        resolved=("curve", np.ones(curves, dtype=bool)),
-    )
+def corrected_curves(curves):
+    """A result of ``correct_validation``, without its draws."""
+    rng, number = generator(21, "test", "exactness"), np.arange(curves)
+    values = {"efficiency": rng.uniform(0.4, 0.7, curves), "rounds": 1 + (number % 5 == 0)}
+    values |= {"pareto_k": rng.normal(0.2, 0.1, curves), "resolved": number >= 0}
+    return xr.Dataset({name: ("curve", value) for name, value in values.items()})
 
 
-def judgement(corrected, curves=JUDGED):
+def judgement(corrected, curves):
+    """A result of ``judge`` for the first curves."""
     rng = generator(22, "test", "exactness")
     values = {
         "efficiency": rng.uniform(0.6, 0.95, curves),

@@ -8,8 +8,6 @@ from scipy.stats import norm
 from breaker.common.randomness import generator
 from breaker.paper.validation import (
     REGIONS,
-    compare,
-    examples,
     family_quality,
     prior_check,
     quality,
@@ -19,7 +17,7 @@ from breaker.paper.validation import (
     scores,
     with_width,
 )
-from tests.paper.made import NAMES, exact_posteriors, judgement, posteriors
+from tests.paper.made import exact_posteriors
 
 THREE = ["mu", "L", "onset"]
 CONTRACTION = np.array([0.9, 0.3, 0.6])
@@ -137,34 +135,6 @@ def test_posteriors_of_a_family(fault):
     assert (abs(table.coverage_90 - 0.9) < 0.033).all()
     assert table.contraction.to_numpy() == pytest.approx(0.5, abs=0.1)
     assert table.half_width.to_numpy() == pytest.approx(1.645 * np.sqrt(0.5), rel=0.05)
-
-
-def test_posteriors_are_compared_in_units_of_the_corrected_one():
-    line = np.linspace(-1.0, 1.0, 201)
-    sd = line.std(ddof=1)
-    corrected = np.stack([np.exp(3.0 + line), 0.3 + line], axis=1)
-    amortised = np.stack([np.exp(3.5 + 2 * line), line], axis=1)
-    result = compare(amortised, corrected, np.array([np.exp(2.0), 0.3]), ["mu", "onset"])
-    np.testing.assert_allclose(result["median"], [[0.5 / sd, -0.3 / sd], [0.0, 0.0]], atol=1e-12)
-    ends = [[[-1.4, 2.4], [-1.25, 0.65]], [[-0.95, 0.95]] * 2]
-    np.testing.assert_allclose(result.interval_95, np.array(ends) / sd, atol=1e-12)
-    np.testing.assert_allclose(result.truth, [-1.0 / sd, 0.0], atol=1e-12)
-
-
-def test_examples_are_the_lowest_median_and_highest():
-    amortised, corrected = posteriors()
-    judged = judgement(corrected, 9)
-    judged["efficiency"] = ("curve", [0.5, 0.9, np.nan, 0.1, 0.7, 0.95, 0.6, 0.05, 0.99])
-    corrected.draws[8] = np.nan
-    corrected.draws[7] = corrected.draws[7, :1]  # one draw again and again
-    judged.resolved[3] = False
-    result = examples(judged, amortised, corrected)
-    assert result.place.values.tolist() == ["lowest", "median", "highest"]
-    assert result.curve.values.tolist() == [3, 6, 5]  # of 3 0 6 4 1 5, the lower of the middle two
-    assert result.resolved.values.tolist() == [False, True, True]
-    draws = [item.draws.values[6] for item in (amortised, corrected)]
-    alone = compare(*draws, amortised.truth.values[6], NAMES)
-    xr.testing.assert_allclose(result.isel(example=1)[list(alone)], alone)
 
 
 def test_reached_is_sorted_by_the_limit():

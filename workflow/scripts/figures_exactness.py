@@ -3,7 +3,7 @@
 from breaker.common.zarr_store import open_store
 from breaker.figures.exactness import exactness, identifiability
 from breaker.figures.style import save
-from breaker.paper.validation import contraction, examples, reached, scale_of, summary
+from breaker.paper.validation import contraction, reached, scale_of, summary
 from breaker.workflow.jobs import start
 
 start(snakemake)
@@ -12,8 +12,8 @@ judged, amortised, corrected, limit = (
     open_store(snakemake.input[name]).load()
     for name in ("judged", "amortised", "corrected", "limit")
 )
-parts_shown = examples(judged, amortised, corrected), summary(judged, corrected).iloc[0]
-save(exactness(judged, corrected, *parts_shown, motion=motion), snakemake.output.exactness)
+row = summary(judged, corrected).iloc[0]
+save(exactness(judged, corrected, row, motion=motion), snakemake.output.exactness)
 
 resolved = corrected.isel(curve=corrected.resolved.values)  # the others have no known width
 widths = {"limit": limit.contraction.values}

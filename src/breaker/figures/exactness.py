@@ -21,34 +21,21 @@ _POSTERIORS = {
 
 @style.styled
 def exactness(
-    judged: xr.Dataset,
-    corrected: xr.Dataset,
-    examples: xr.Dataset,
-    summary: Mapping[str, float],
-    *,
-    motion: str,
+    judged: xr.Dataset, corrected: xr.Dataset, summary: Mapping[str, float], *, motion: str
 ) -> Figure:
-    """Draw sizes and tail of weights, divergences, and posteriors of three curves, if available.
+    """Draw sizes and tail of weights, and divergences.
 
-    ``judged`` and ``corrected`` are from ``correction``; ``examples`` and ``summary`` are from
-    ``validation``.
+    ``judged`` and ``corrected`` are from ``correction``, ``summary`` from ``validation``.
     """
-    count = examples.sizes["example"]
-    figure = style.new_figure(14.0, 10.2 if count else 5.0)
-    rows = figure.subfigures(2 if count else 1, 1, height_ratios=(1.0, 1.3)[: 1 + bool(count)])
-    above, *below = np.atleast_1d(rows)
-    efficiency, tail, divergence = above.subplots(1, 3)
+    figure = style.new_figure(14.0, 5.0)
+    efficiency, tail, divergence = figure.subplots(1, 3)
     medians = summary["efficiency_median"], summary["corrected_efficiency_median"]
     _weights(efficiency, tail, (judged, corrected), medians)
     _divergence(divergence, judged, summary)
-    for axis in above.axes:
+    for axis in figure.axes:
         look = {"bbox_to_anchor": (-0.02, 0.99), "fontsize": 9, "labelspacing": 0.2}
         axis.legend(loc="lower left", **look)
         axis.set_title(axis.get_title(), pad=44.0)  # room for the legend's three lines
-    for place in below:
-        grid = place.subplots(1, count, sharey=True, squeeze=False)
-        for i, axis in enumerate(grid.flat):
-            _example(axis, examples.isel(example=i))
     gap = f"{summary['gap_nats']:.2f} ± {summary['gap_se']:.2f} nats"
     resolved = corrected["resolved"].values.astype(bool)
     counts = zip(*np.unique(corrected["rounds"].values[resolved], return_counts=True), strict=True)
@@ -57,8 +44,6 @@ def exactness(
     )
     about += ", ".join(f"{count} in {kind} rounds" for kind, count in counts)
     style.title(figure, f"Mean divergence of the network from the exact posterior: {gap}", about)
-    if count:
-        p.legend_below(figure)
     return figure
 
 
@@ -103,31 +88,6 @@ def _shares(axis: Axes, values: np.ndarray, colour: str, label: str) -> None:
     x, steps = np.append(known[:1], known), 100 * np.arange(known.size + 1) / values.size
     axis.plot(x, steps, color=colour, drawstyle="steps-post", label=label, lw=1.8)
     axis.set(ylim=(0, 103), ylabel="curves at or below (%)")
-
-
-def _example(axis: Axes, one: xr.Dataset) -> None:
-    """Draw both posteriors of a curve, one row per output."""
-    rows = np.arange(one.sizes["output"])
-    for posterior, (shift, _, colour) in _POSTERIORS.items():
-        row, heights = one.sel(posterior=posterior), rows + shift
-        axis.hlines(heights, *row["interval_95"].values.T, color=colour, lw=1.4)
-        label = f"{posterior}: 50 % and 95 % interval"
-        axis.hlines(heights, *row["interval_50"].values.T, color=colour, lw=5.0, label=label)
-        axis.plot(row["median"], heights, "o", color=colour, mec="white", mew=0.8, ms=6)
-    axis.plot(one["truth"], rows, "|", color=style.MEASURED, ms=17, mew=1.8, label="truth")
-    axis.axvline(0.0, color=style.REFERENCE, lw=0.6)
-    axis.set_yticks(rows, [p.named(name) for name in one["output"].values.tolist()])
-    axis.set_ylim(len(rows) - 0.45, -0.55)
-    limit = max(3.5, *np.abs(axis.get_xlim()))
-    axis.set_xlim(-limit, limit)
-    axis.grid(axis="y", visible=False)
-    axis.set_xlabel("difference from the corrected median (corrected sd)")
-    k, place = float(one["pareto_k"]), one["place"].item()
-    words = f"{place} relative sample size, {p.percent(float(one['efficiency']))}: curve "
-    words += f"{int(one['curve']) + 1}\nk {k:.2f}" if np.isfinite(k) else "\nk not known"
-    failed = not bool(one["resolved"])
-    words += ", NOT resolved" * failed
-    axis.set_title(words, color=style.WARNING if failed else "black")
 
 
 @style.styled

@@ -231,56 +231,7 @@ def prior_check(curves: ArrayLike, measured: ArrayLike) -> PriorCheck:
     return PriorCheck(median, lower, upper, share_inside(measured, lower, upper), least)
 
 
-# ---- the network against the exact posterior -----------------------------------------------------
-
-
-def compare(
-    amortised: np.ndarray, corrected: np.ndarray, truth: np.ndarray, names: Sequence[str]
-) -> xr.Dataset:
-    """Scale draws ``(d, q)`` of two posteriors, and the truth ``(q,)``, so that the corrected
-    posterior has median 0 and sd 1, in logarithms of the parameters and ms of the onset.
-
-    Returns:
-        ``median (posterior, output)``, ``interval_50`` and ``interval_95``
-        ``(posterior, output, bound)``, central, and ``truth (output)``.
-    """
-    log = is_logarithmic(names)
-    draws, true = (_scaled(np.array(x, float), log) for x in ([amortised, corrected], truth))
-    centre, sd = np.median(draws[1], axis=0), draws[1].std(axis=0, ddof=1)
-    both = xr.Dataset(intervals((draws - centre) / sd)).rename(operation="posterior")
-    both = both.assign_coords(posterior=["amortised", "corrected"], output=list(names))
-    return both.assign(truth=("output", (true - centre) / sd))
-
-
-def examples(judged: xr.Dataset, amortised: xr.Dataset, corrected: xr.Dataset) -> xr.Dataset:
-    """Compare the curves of the lowest, the median and the highest efficiency.
-
-    Args:
-        judged: Result of ``correction.judge``, for the first curves of the other two datasets.
-        amortised, corrected: Results of ``inference.validate`` and ``correct_validation``.
-
-    Returns:
-        Results of :func:`compare` along ``example``: three, or none if no curve has an efficiency
-        and corrected draws that differ; with ``place`` ("lowest", "median" or "highest"),
-        ``curve`` (from 0), ``efficiency``, ``pareto_k`` and ``resolved``.
-    """
-    own, exact = (
-        posterior.draws.values[: judged.sizes["curve"]].astype(np.float64)
-        for posterior in (amortised, corrected)
-    )
-    efficiency = judged.efficiency.values
-    wide = (np.ptp(exact, axis=1) > 0).all(axis=1)  # False for nan
-    usable = np.flatnonzero(np.isfinite(efficiency) & wide)
-    if not usable.size:
-        return xr.Dataset(coords={"example": np.arange(0)})
-    usable = usable[np.argsort(efficiency[usable], kind="stable")]
-    chosen = usable[[0, (usable.size - 1) // 2, -1]]
-    names, truth = [str(name) for name in amortised.output.values], amortised.truth.values
-    comparisons = [compare(own[i], exact[i], truth[i], names) for i in chosen]
-    more = {name: judged[name].values[chosen] for name in ("efficiency", "pareto_k", "resolved")}
-    more |= {"place": ["lowest", "median", "highest"], "curve": chosen}
-    columns = {name: ("example", values) for name, values in more.items()}
-    return xr.concat(comparisons, "example").assign(columns)
+# ---- contraction against its limit ---------------------------------------------------------------
 
 
 def reached(contractions: Mapping[str, np.ndarray], names: Sequence[str]) -> xr.Dataset:
