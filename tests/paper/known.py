@@ -8,10 +8,7 @@ LOG_EVIDENCE = 118.25
 
 
 class Known:
-    """Stands in for a model: its posterior is known, and so are evidence and moments.
-
-    Outputs in physical units are ``centre + unit * z``.
-    """
+    """Stands in for a model; outputs in physical units are ``centre + unit * z``."""
 
     centre, unit = np.array([2.0, -1.0, 30.0, 0.0]), np.array([0.5, 2.0, 10.0, 1e-3])
     mean, variance = np.zeros(4), np.ones(4)

@@ -90,21 +90,20 @@ JUDGED, WIDTH = 6, 1.2
 
 
 class Gaussian:
-    """A network: the exact posterior with a width that is off by a factor, and a density too."""
+    """A network: the exact posterior with a width that is off by a factor, at points also nan."""
 
     model = MODEL
 
-    def __init__(self, nan_at=()):
+    def __init__(self, *nan_at):
         self.nan_at = list(nan_at)
 
     def log_prob(self, values, measured):
-        density = np.empty(values.shape[:2])
-        for i, (points, record) in enumerate(zip(values, measured, strict=True)):
-            mean, covariance, _ = MODEL.exact(record)
-            law = multivariate_normal(mean, WIDTH**2 * covariance)
-            density[i] = law.logpdf(MODEL.standardise(points)) + MODEL.log_scaling(points)
-        density[:, self.nan_at] = np.nan
-        return density
+        ((points,), (record,)) = values, measured
+        mean, covariance, _ = MODEL.exact(record)
+        law = multivariate_normal(mean, WIDTH**2 * covariance)
+        density = law.logpdf(MODEL.standardise(points)) + MODEL.log_scaling(points)
+        density[self.nan_at] = np.nan
+        return density[None]
 
 
 def test_a_judgement_by_hand():
@@ -129,12 +128,12 @@ def test_a_judgement_by_hand():
         expected = [weights.efficiency, weights.pareto_k, weights.c2st, weights.gap]
         names = ["efficiency", "pareto_k", "c2st", "divergence"]
         np.testing.assert_allclose(row[names].to_array(), expected)
-    faulty = judge(Gaussian([3, 70, 71]), data, exact)
+    faulty = judge(Gaussian(3, 70, 71), data, exact)
     assert faulty.faulty_weights.values.tolist() == [3] * JUDGED
     assert faulty[["efficiency", "pareto_k", "divergence"]].isnull().all().to_array().all()
     np.testing.assert_array_equal(faulty.gap, result.gap)
-    assert np.isnan(judge(Gaussian([500]), data, exact).gap).all()
-    with pytest.raises(ValueError, match="the corrected curves are not those to be judged"):
+    assert np.isnan(judge(Gaussian(500), data, exact).gap).all()
+    with pytest.raises(ValueError, match="not those to be judged"):
         judge(Gaussian(), data.isel(curve=slice(1, 4)), exact)
 
 
