@@ -15,9 +15,7 @@ FORMS = {"BINARY": "<IIhhH", "BINARY32": "<IIiiH", "FLOAT32": "<IIffH"}
 _CHANNELS = ((1, "I", "A"), (2, "S", "mm"))
 
 
-def recorded(
-    file, *, kind="ASCII", change=(), rates=((10_000, 60),), stamp=1.0, missing=(), code="utf-8"
-):
+def recorded(file, *, kind="ASCII", change=(), rates=((10_000, 60),), stamp=1.0, missing=()):
     """Write a pair of files with a current, the travel and a contact; return the data."""
     described = [f"{i},{n},,,{u},0.001,0,0,-99999,99999,1,1,P" for i, n, u in _CHANNELS]
     start = "20/11/2024,15:13:07.000000"
@@ -27,7 +25,7 @@ def recorded(
     for old, new in dict(change).items():
         assert old in text
         text = text.replace(old, new)
-    file.write_bytes(text.encode(code))
+    file.write_bytes(text.encode())
     steps = np.rint(1e3 * TRAVEL).astype(int)
     steps[[*missing]] = {"ASCII": 99999, "BINARY": -(2**15), "BINARY32": -(2**31)}.get(kind, 0)
     stamps = np.rint(1e3 * TIME * stamp).astype(int)
@@ -84,17 +82,6 @@ def test_stamps_in_nanoseconds_are_read(file, stamp, rate):
     change = {"07.000000": "07.000000000", "1999": "2013"}
     recorded(file, change=change, stamp=stamp, rates=((rate, 60),))
     np.testing.assert_allclose(read(file).time, 1e-3 * TIME)
-
-
-@pytest.mark.parametrize(
-    ("code", "name", "unit"), [("cp1251", "Ход фаза A", "мм"), ("gb18030", "行程A", "mm")]
-)
-def test_names_in_another_code_page_are_read_with_it(file, code, name, unit):
-    recorded(file, change={"2,S,,,mm": f"2,{name},,,{unit}"}, code=code)
-    seen = look_into(file)
-    assert (seen.names[1], seen.units[1]) == (name, "mm")
-    np.testing.assert_allclose(read(file, name, **seen.settings).travel, TRAVEL, atol=1e-9)
-    refusal(file, lambda: read(file, name))
 
 
 @pytest.mark.parametrize("kind", ["ASCII", "BINARY"])

@@ -223,21 +223,17 @@ def _stated_contacts(sheet: Sheet) -> Mapping[int, tuple[str, str]] | None:
     """Return the number of the travel and the phase of each connected contact, by column.
 
     Rows above the columns state the transducer (``TR1``), phase and break (``YBreak2``), or ``NA``,
-    of each contact, above its column or in the order of the contacts. Without such rows: None.
+    of each contact, above its column. Without such rows: None.
     """
     places = range(len(sheet.names))
     of_kinds = [[i for i in places if _kind(sheet, i) == kind] for kind in _KINDS]
     contacts = next(filter(None, of_kinds), [])
     stated = {place: {} for place in contacts}
     for row in sheet.preamble:
-        cells = {i: m for i, cell in enumerate(row) if (m := _OF_CONTACT.fullmatch(cell.strip()))}
-        if all(cell["none"] for cell in cells.values()):
-            continue
-        below = cells if {*cells} & {*contacts} else contacts if len(cells) == len(contacts) else ()
-        for place, cell in zip(below, cells.values(), strict=False):
-            known = {key: text for key, text in cell.groupdict().items() if text}
-            stated[place] = stated.get(place, {}) | known
-    numbered = {i: stated[i] for i in contacts if "number" in stated[i]}
+        for place in (place for place in contacts if place < len(row)):
+            if cell := _OF_CONTACT.fullmatch(row[place].strip()):
+                stated[place] |= {key: text for key, text in cell.groupdict().items() if text}
+    numbered = {place: known for place, known in stated.items() if "number" in known}
     if not numbered:
         return None
     return {i: (s["number"], s.get("phase", "")) for i, s in numbered.items() if "none" not in s}
