@@ -13,14 +13,10 @@ TIME = 0.1 * np.arange(760)  # ms
 FEW = "endurance: {draws: 100}\n"
 
 
-def written(file, prior, *motions, noise_sd=0.1, halts=0):
-    """Write a record that holds motions one after the other, at the prior's medians.
-
-    The drive may halt for some samples half-way through the first.
-    """
+def written(file, prior, *motions, noise_sd=0.1):
+    """Write a record with motions one after the other, at the prior's medians."""
     parts = [travel(prior.medians[None], TIME, motion, onset=10.0).travel[0] for motion in motions]
     way = np.concatenate(parts)
-    way = np.insert(way, np.full(halts, 160), way[160])
     way = way + noise_sd * generator(1, "test curve", file.name).standard_normal(way.size)
     write_curve(file, 0.1 * np.arange(way.size), way, motion=motions[0], operation=1)
 

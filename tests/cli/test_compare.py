@@ -2,7 +2,6 @@
 
 import json
 
-import numpy as np
 import pytest
 
 from breaker.cli import main
@@ -105,26 +104,6 @@ def test_a_phase_of_a_table_is_chosen_and_others_are_left_out(inspections, capsy
     err = capsys.readouterr().err
     assert "L1" in err
     assert "L2" in err
-
-
-def test_inspections_may_differ_in_rate_and_layout(inspections, capsys):
-    """The second one as another analyser exports it: at twice the rate, falling, no times; a
-    table states its layout.
-    """
-    time, travel = np.loadtxt(inspections / "now/now.csv", delimiter=",", skiprows=6, unpack=True)
-    fine = np.linspace(time[0], time[-1], 2 * time.size - 1)
-    rows = (f"0;{x:.4f}" for x in -0.5 * np.interp(fine, time, travel))
-    (inspections / "other").mkdir()
-    (inspections / "other/other.csv").write_text("\n".join(["coil;way", *rows]))
-    head = "file,motion,operation,channel,delimiter,time_column,rate,ratio,sign"
-    rows = (f"other.csv,{motion},1,way,;,none,20,2,-1" for motion in BOTH)
-    (inspections / "other/operations.csv").write_text("\n".join([head, *rows]))
-
-    def today(*arguments):
-        rows = compared(capsys, "then", "--today", *arguments)["measured"]
-        return np.array([row["today"] for row in rows if row["name"] in ("stroke", "travel_time")])
-
-    assert today("other") == pytest.approx(today("now/now.csv"), rel=0.01)
 
 
 def test_phases_that_are_left_out_are_named(tmp_path, monkeypatch, capsys):

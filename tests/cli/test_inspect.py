@@ -58,9 +58,6 @@ def test_a_folder_without_a_table_has_one_proposed_and_is_then_checked(folder, p
     shutil.copy(folder / "a.csv", own / "closing_20-11-2024.csv")
     shutil.copy(folder / "open.csv", own / "opening_20-11-2024.csv")
     (own / "notes.txt").write_text("once", encoding="utf-8")
-    (folder / "t.csv").write_text("mine", encoding="utf-8")
-    shown("own", "--output", "t.csv", status=1)  # a table replaces nothing
-    assert (folder / "t.csv").read_text(encoding="utf-8") == "mine"
     (folder / "one.yaml").write_text("motions: [opening]", encoding="utf-8")
     rows = shown("own", "--config", "one.yaml").out.splitlines()[1:]
     assert {row.split(",")[1] for row in rows} == {"opening"}
@@ -76,9 +73,4 @@ def test_a_folder_without_a_table_has_one_proposed_and_is_then_checked(folder, p
     out, err = shown("own", status=1)
     assert ["opening", "1", "0", "0", "1"] in [row.split()[:5] for row in out.splitlines()]
     assert err == ""
-    # A date that falls while the number rises, in a table that files contradict.
-    rows = ["file,motion,operation,date", "closing_20-11-2024.csv,closing,1,2024-11-20"]
-    rows += ["closing_20-11-2024.csv,closing,2,2023-11-20"]
-    table.write_text("\n".join(rows), encoding="utf-8")
-    assert "line 3, column date" in shown("own", status=1).err
     shown("own", "--output", "new.csv", status=1)  # never another table beside the first

@@ -16,37 +16,23 @@ COMMANDS = [
     "infer {file} --channel {nasty}",
     "compare {file} --today open.csv --config own.yaml",
     "report {file} --output r.html --config own.yaml",
-    "inspect records",
-    "fit-prior records --config own.yaml",
+    "inspect .",
 ]
 
 
-def _exported(folder, name, column, **stated):
-    """The closing of a folder as an export with names that others gave."""
-    samples = [line for line in (folder / "a.csv").read_text().splitlines() if line[:1].isdigit()]
-    rows = [line.replace(",", ";") for line in samples]
-    head = [f"{key};{value}" for key, value in stated.items()]
-    (folder / "records").mkdir(exist_ok=True)
-    text = "\n".join([*head, "", f"time (s);{column} (mm)", *rows])
-    (folder / "records" / name).write_text(text, encoding="utf-8")
-    return f"records/{name}"
-
-
-@pytest.fixture
-def file(folder):
-    stated = {"Station": f"S{NASTY}", "Bay": f"Q0{NASTY}", "Phase": f"L1{NASTY}"}
-    name = _exported(folder, f"b{NASTY}.csv", f"Weg{NASTY}", **stated, Stroke="150 mm")
-    assert main(["inspect", name, "--output", "own.yaml"]) == 0
-    return name
-
-
 @pytest.mark.parametrize("command", COMMANDS)
-def test_no_name_acts_on_the_terminal(file, capsys, command):
+def test_no_name_acts_on_the_terminal(folder, capsys, command):
+    """The closing of the folder as an export with names that others gave."""
+    text = (folder / "a.csv").read_text()
+    rows = [line.replace(",", ";") for line in text.splitlines() if line[:1].isdigit()]
+    head = [f"{key};{key[0]}{NASTY}" for key in ("Station", "Bay", "Phase")]
+    lines = [*head, "Stroke;150 mm", "", f"time (s);Weg{NASTY} (mm)", *rows]
+    (folder / (file := f"b{NASTY}.csv")).write_text("\n".join(lines), encoding="utf-8")
+    assert main(["inspect", file, "--output", "own.yaml"]) == 0
     capsys.readouterr()
-    words = [word.format(file=file, nasty=NASTY) for word in command.split(" ")]
-    main(words)
+    main([word.format(file=file, nasty=NASTY) for word in command.split()])
     out, err = capsys.readouterr()
     assert out + err
     assert not ACTS.search(out + err)
-    if "--json" in words:
+    if "--json" in command:
         assert json.loads(out)["records"][0]["accepted"]

@@ -88,14 +88,6 @@ def test_files_that_cannot_be_used_or_are_of_another_breaker_are_named(inspectio
     assert re.search("WARNING: [^<]*HV-20417[^<]*Bay 9", page_of())
 
 
-def test_a_column_that_no_file_has_is_refused_as_by_infer(inspection, capsys):
-    config = settings("wrong.yaml", {"travel_column": "Travl"})
-    for call in (["infer", "today.csv"], ["report", "today.csv", "--output", "a.html"]):
-        assert main([*call, *config]) == 1
-        assert "Travl" in "".join(capsys.readouterr())
-    assert not (inspection / "a.html").exists()
-
-
 def test_the_entry_of_a_type_counts_for_its_drives(inspection, capsys):
     """LTB 420 stands in the files: limits and reference are those of its entry, or of --type."""
     entry = {"limits": {"closing stroke": ["200 mm", None]}, "reference": "before.csv"}
