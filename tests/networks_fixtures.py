@@ -25,8 +25,8 @@ NETWORK = {
 }
 COUPLING_FLOW = {"kind": "coupling_flow", "transforms": 3, "bins": 5, "hidden": [10, 12]}
 COMBINATIONS = {
-    inference["kind"]: {"summary": SUMMARY, "inference": inference}
-    for inference in (NETWORK["inference"], COUPLING_FLOW)
+    "flow_matching": NETWORK,
+    "coupling_flow": {"summary": SUMMARY, "inference": COUPLING_FLOW},
 }
 
 TRAINING = {"steps": 10, "batch": 16, "optimiser": "muon", "learning_rate": 5e-3}
@@ -124,10 +124,10 @@ def curved_model(network=NETWORK):
     """A model whose posteriors depend on the record and are far from Gaussian, and records."""
     posterior = frozen(network=network)
     perturb(posterior.inference, 0.15)
-    posterior.solver_steps.fill_(3)
-    posterior.density_solver_steps.fill_(3)
-    bank = bank_of(posterior, 5, seed=6)
-    return posterior, posterior.sensor.corrupt(bank.travel.values, generator(1, "test records"))
+    for steps in (posterior.solver_steps, posterior.density_solver_steps):
+        steps.fill_(3)
+    _, _, records = simulated(posterior, 5, seed=6)
+    return posterior, records
 
 
 def noise_of(posterior, o, d):
@@ -170,8 +170,8 @@ def density_by_autograd(network, noise, features, steps=1):
 
         points[i, j] = sample(noise[i, j]).detach()
         jacobian = torch.autograd.functional.jacobian(sample, noise[i, j])
-        normal_density = norm.logpdf(noise[i, j].numpy()).sum()
-        densities[i, j] = normal_density - torch.linalg.slogdet(jacobian).logabsdet
+        change = torch.linalg.slogdet(jacobian).logabsdet
+        densities[i, j] = norm.logpdf(noise[i, j].numpy()).sum() - change
     return points, densities
 
 

@@ -10,7 +10,7 @@ import pytest
 import torch
 
 from breaker.networks.blocks import Hidden, ResidualMLP
-from breaker.networks.training import MadeRows, Trainer, fingerprint, optimisers, orthogonal
+from breaker.networks.training import MadeRows, Trainer, optimisers, orthogonal
 from tests.networks_fixtures import Trap, normal
 
 
@@ -130,15 +130,6 @@ def test_a_loss_that_is_not_finite_names_motion_and_step(trainer):
     training.rows.travel = torch.full_like(training.rows.travel, math.inf)
     with pytest.raises(FloatingPointError, match=r"opening is (nan|inf) at step 0"):
         training.run()
-
-
-def test_a_fingerprint_depends_on_settings_and_code(tmp_path):
-    code = tmp_path / "code.py"
-    code.write_text("x = 1\n")
-    first = fingerprint({"a": 1, "b": 2}, [code])
-    assert fingerprint({"b": 2, "a": 1}, [code]) == first != fingerprint({"a": 1, "b": 3}, [code])
-    code.write_text("x = 2\n")
-    assert fingerprint({"a": 1, "b": 2}, [code]) != first
 
 
 def uneven(numbers, rng):

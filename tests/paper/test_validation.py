@@ -7,13 +7,10 @@ from scipy.stats import norm
 
 from breaker.common.randomness import generator
 from breaker.paper.validation import (
-    REGIONS,
     family_quality,
     prior_check,
     quality,
-    reached,
     recovery,
-    regions,
     scores,
     with_width,
 )
@@ -102,18 +99,6 @@ def test_the_band_of_the_prior_contains_95_percent_at_each_time():
     assert check.inside.tolist() == [0.5, 1.0]  # NaN does not count
 
 
-def test_regions_contain_their_share_of_the_draws():
-    draws = generator(5, "test", "regions").standard_normal((2000, 3)) * [1.0, 5.0, 0.0]
-    pairs = regions(draws)
-    assert set(pairs) == {(0, 1)}  # the third does not vary
-    x, y, density, levels = pairs[0, 1]
-    area = (x[1] - x[0]) * (y[1] - y[0])
-    shares = [density[density >= level].sum() * area for level in levels]
-    assert shares == pytest.approx(REGIONS, abs=0.05)
-    wide, high = (item[density.max(axis=k) >= levels[0]].max() for k, item in enumerate((x, y)))
-    assert high > 3.0 * wide  # the second output is up
-
-
 @pytest.mark.parametrize("fault", [{}, {"width": 0.8}, {"bias": 0.4}])
 def test_posteriors_of_a_family(fault):
     """1,000 drives, variance half of the prior's, which is one. All outputs are inside the band at
@@ -130,15 +115,3 @@ def test_posteriors_of_a_family(fault):
     assert (abs(table.coverage_90 - 0.9) < 0.033).all()
     assert table.contraction.to_numpy() == pytest.approx(0.5, abs=0.1)
     assert table.half_width.to_numpy() == pytest.approx(1.645 * np.sqrt(0.5), rel=0.05)
-
-
-def test_reached_is_sorted_by_the_limit():
-    spread = 0.04 * generator(7, "test", "reached").uniform(-1, 1, (200, 3))
-    centre = np.array([0.4, 0.95, 0.87])
-    values = {"limit": centre + spread, "amortised": centre - 0.1 + spread[:50]}
-    result = reached(values, ["mu", "gamma_a", "f"])
-    assert result.output.values.tolist() == ["gamma_a", "f", "mu"]
-    for source, value in values.items():
-        one = result.sel(source=source, output=["mu", "gamma_a", "f"])
-        for name, level in (("lower", 0.05), ("upper", 0.95)):
-            np.testing.assert_allclose(one[name], np.quantile(value, level, axis=0))

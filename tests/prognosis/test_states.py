@@ -40,19 +40,20 @@ def test_each_transition(state, facts):
 def test_a_drive_is_ok_then_planned_then_due():
     life = a_life()
     life.p_exceeded[:, 0] = np.where(life.asked >= 450, 1.0, 0.6 * (life.asked >= 430))
-    result, asked = states_of(life, PLANNING), life.asked.values
-    seen = states(result, "slow")
+    result = states_of(life, PLANNING)
+    seen, slow, stiff = states(result, "slow"), result.sel(limit="slow"), result.sel(limit="stiff")
     assert (seen[:99] == "unknown").all()
     assert [seen[150], seen[400], seen[-1]] == ["ok", "planned", "due"]
-    assert (np.diff(result.state.sel(limit="slow").values[99:]) >= 0).all()
-    assert result.certain.sel(limit="slow") == 450.0
-    assert result.crossed.sel(limit="slow") == 430.0
-    assert np.isnan([result.certain.sel(limit="stiff"), result.crossed.sel(limit="stiff")]).all()
-    assert (result.remaining.sel(limit="slow", operation=slice(450, None)) == 0.0).all()
-    assert result.recommended_since.sel(limit="slow")[-1] == result.drive_since[-1] > 300.0
-    at = np.searchsorted(OPERATIONS, asked)  # no service is behind the quantile printed with it
+    assert (np.diff(slow.state.values[99:]) >= 0).all()
+    assert (slow.certain, slow.crossed) == (450.0, 430.0)
+    assert np.isnan([stiff.certain, stiff.crossed]).all()
+    assert (slow.remaining.sel(operation=slice(450, None)) == 0.0).all()
+    assert slow.recommended_since[-1] == result.drive_since[-1] > 300.0
+    at = np.searchsorted(
+        OPERATIONS, life.asked
+    )  # no service is behind the quantile printed with it
     planned = result.state.values[at] == STATES.index("planned")
-    last = asked[:, None] + result.remaining.values[at, :, 0]
+    last = life.asked.values[:, None] + result.remaining.values[at, :, 0]
     assert (result.service_by.values[at] <= last)[planned].all()
 
 

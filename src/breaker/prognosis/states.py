@@ -135,8 +135,8 @@ def _judged(
 def _moved(by: float, now: float, left: float) -> float:
     """Return when to service by a new estimate; a recommendation stays if it is about as good.
 
-    >>> [_moved(by, 1000, 300.0) for by in (np.inf, 1250.0, 1600.0, 990.0)]
-    [1300.0, 1250.0, 1300.0, 990.0]
+    >>> [_moved(by, 1000, 300.0) for by in (1600.0, 1160.0, 1140.0, 990.0)]
+    [1300.0, 1160.0, 1300.0, 990.0]
     """
     if by <= now:
         return by
