@@ -45,6 +45,7 @@ def test_noise_and_its_colour_are_estimated():
 
 PLANTED = {
     "twice the noise": (lambda rng: rest(rng, sd=0.2), "noisier"),
+    "a fifth of the noise": (lambda rng: rest(rng, 90, 0.02), "calmer"),
     "coloured": (lambda rng: rest(rng, 300, colour=0.85), "coloured"),
     "smoothed over 1 ms": (lambda rng: np.convolve(rest(rng, 89), np.full(10, 0.1)), "coloured"),
     "too little rest": (lambda rng: rest(rng, 5), "few-at-rest"),

@@ -24,7 +24,6 @@ FEWEST = 3  # samples, the fewest with a median and a spread
 _ARCING = 1e3  # largest ratio of resistances: arcing contact 20 milliohm, main contact 20 microohm
 RESOLVED = 1.0  # ms, uncertainty of a first motion by definition, and shortest level of a contact
 _RISE = 0.25  # share of a step up to which a test or coil current rises linearly
-_AUXILIARY = 2.0  # ms, sd of the time of an auxiliary switch relative to the main contact
 SETTLED = 0.75
 """Share of the time from the first motion on, after which the contact of a closing is at rest."""
 SLOWEST = 100.0  # ms, longest time from trigger to first motion: any coil and latch are faster
@@ -130,13 +129,8 @@ def events_of(
         if contact.why:
             reason = f"{contact.why}; see endurance.format.current_column"
             remarks.append(f"{label_of(column)}: {reason}")
-        auxiliary = holds(name, "52a") or holds(name, "52b")
-        if auxiliary:
-            reason = "is an auxiliary switch: its times are off by some ms"
-            remarks.append(f"{label_of(column)} {reason}")
-        timing_sd = float(np.hypot(settings["timing_sd"], _AUXILIARY if auxiliary else 0.0))
         for key in ("sd", "main_sd", "arcing_sd"):
-            sd = float(np.hypot(timing_sd, getattr(contact, key)))
+            sd = float(np.hypot(settings["timing_sd"], getattr(contact, key)))
             contact = contact._replace(**{key: sd})
     if "trigger" in signals:
         trigger, sd = trigger_of(time, signals["trigger"], moves)
@@ -161,11 +155,8 @@ def times_of(
 ) -> ContactTimes:
     """Return the times of a contact; raise NotShownError if they are not shown or doubtful.
 
-    Args:
-        time, contact, current: Times, ms; channel of the contact; test current if any, ``(n,)``.
-        resists: Whether the channel is a resistance, as it always is with a test current.
-        sides: Which samples show the closed and the open contact, each ``(n,)`` of bool.
-        closing, begin: As for ``_Switch``.
+    With a test current, ``(n,)``, the channel, ``(n,)``, is a resistance; ``resists`` states it
+    without one. ``sides`` are samples of the closed and the open contact, each ``(n,)`` of bool.
     """
     there = ~np.isnan(contact if current is None else current)
     time, contact, sides = time[there], contact[there], [side[there] for side in sides]
@@ -201,12 +192,8 @@ def _of_range(
     levels: tuple[float, float, float],
 ) -> ContactTimes:
     """Return the times of a resistance without a current, whose range may end below the resistance
-    of the arcing contact.
-
-    Args:
-        timed: Times at which the resistance leaves or reaches the end of its range.
-        main: Time and sd of the main contact, ms; nan if not distinct from the arcing contact.
-        levels: Logarithms of the resistance of the closed, the arcing and the open contact.
+    of the arcing contact, from the times at the end of the range, time and sd of the main contact,
+    and the logarithms of the resistance of the closed, the arcing and the open contact.
     """
     rest, arcing, opened = levels
     step, distinct, (time, sd) = abs(rest - opened), np.isfinite(main[0]), timed[:2]
@@ -245,10 +232,8 @@ def _main(
     """Return the time of the main contact and its sd, ms, nan if not distinct from the arcing
     contact; and the level of the arcing contact, nan if there is none.
 
-    Args:
-        logs: Logarithms of the resistance, ``(n,)``.
-        low: Logarithm of the resistance of the closed contact.
-        counted: Time at which the arcing contact switches, ms.
+    ``logs`` are logarithms of the resistance, ``(n,)``, ``low`` that of the closed contact, and
+    ``counted`` is the time at which the arcing contact switches, ms.
     """
     made = signal.time >= counted if signal.closing else signal.time <= counted
     made &= (signal.share >= signal.least) & ~np.isnan(logs)

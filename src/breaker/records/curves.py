@@ -37,7 +37,6 @@ _REJECTED = Measured(np.nan, np.nan, "the record was rejected")
 
 
 _ON = 1e-3  # samples, tolerance by which a place, or a step of the grid, counts as an integer
-_FEWEST = 16  # samples of a motion, two for each parameter
 
 
 class Grid(NamedTuple):
@@ -102,11 +101,6 @@ def _cubic(travel: np.ndarray, place: np.ndarray) -> np.ndarray:
 def check_missing(gridded: Gridded, allowed: float) -> None:
     """Raise UnusableError if more than the allowed share of the grid's samples is missing."""
     count = int(gridded.sampled.sum())
-    if count < min(_FEWEST, gridded.sampled.size):
-        raise UnusableError(
-            f"only {count} of the {gridded.sampled.size} times of the model's grid have a sample: "
-            "check the rate, size.times and the section sensor"
-        )
     missing = int(np.isnan(gridded.travel[gridded.sampled]).sum())
     if missing > allowed * count:
         raise UnusableError(

@@ -22,7 +22,6 @@ from breaker.records.rejections import FEWEST, UnusableError
 # Height up to which the rise is fitted: for the interval (low, so its shape is simple), for a start
 _HEIGHTS = 15.0, 30.0  # sd of the noise
 _LEAST, _MOST = (0.004, 0.03), 0.2  # smallest and largest height, strokes
-_RESTS = 8.0  # smallest height in spreads of the rest before the rise
 _ON = 2.25  # second height over the first: a constant force takes 1.5 times as long to reach it
 _SEPARATION = 10  # samples, least time between the two heights; otherwise both are increased
 _HIGHER, _HIGHEST = 1.25, 0.4  # factor of the increase, and its limit in strokes
@@ -31,7 +30,6 @@ _POWERS = np.array([1.0, 1.25, 1.5, 1.85, 2.25, 2.8, 3.4, 4.0])  # powers for an
 _GRADUAL = np.array([1.6, 1.85, 2.1, 2.4, 2.8, 3.3, 4.0])  # powers for a start
 _USUAL, _SPREAD = 1.85, 0.15  # prior of the powers: Student's t with 3 degrees of freedom
 _FLAT = 1e-3  # strokes, least noise of a rise: no drive follows a power law exactly
-_MOST_COLOUR = 0.5  # correlation of neighbours that counts; a counter's steps are more correlated
 _STARTS = 45  # number of starts tried at first, and again between the likely ones
 _UNLIKELY = 1e-4  # share of the greatest likelihood below which a start is dropped
 _MEANS = 80  # means of neighbouring samples that are fitted; more give the same coverage
@@ -47,7 +45,7 @@ _INEXACT = 3.5  # factor of the variance, since no start has exactly one of thes
 
 class _Rise:
     """Largest rise of a record: its height ``stroke``, mm, the approximate ``duration`` of the
-    motion, and the median ``low`` and ``spread`` of the rest shortly before, which may drift.
+    motion, and the median ``low`` of the rest shortly before, which may drift.
     """
 
     def __init__(self, time: np.ndarray, travel: np.ndarray, motion: str) -> None:
@@ -65,7 +63,7 @@ class _Rise:
         self.duration = 1.25 * max(float(time[most] - time[tenth]), 4.0 * float(time[1] - time[0]))
         rest = slice(*np.searchsorted(time, time[tenth] - self.duration * np.array([3.0, 0.5])))
         rest = smooth[rest] if rest.stop > rest.start else smooth[: tenth + 1]
-        self.low, self.spread = float(np.median(rest)), _spread(rest - np.median(rest))
+        self.low = float(np.median(rest))
         self.stroke = float(smooth[self._top] - self.low)
 
     def last_below(self, share: float) -> int:
@@ -74,11 +72,11 @@ class _Rise:
         return self._top - int(below.argmax())
 
     def clear(self, which: int) -> tuple[int, int]:
-        """Return ``below`` for the height that is clear of noise and rest: 0 is the height for an
+        """Return ``below`` for the height that is clear of noise: 0 is the height for an
         interval, 1 for a start.
         """
-        height = max(_HEIGHTS[which] * self.noise, _RESTS * self.spread)
-        return self.below(float(np.clip(height / self.stroke, _LEAST[which], _MOST)))
+        height = _HEIGHTS[which] * self.noise / self.stroke
+        return self.below(float(np.clip(height, _LEAST[which], _MOST)))
 
     def below(self, share: float) -> tuple[int, int]:
         """Return the last samples below a share of the stroke, increased until they are well
@@ -99,13 +97,10 @@ class _Rise:
         there = first + np.flatnonzero(~np.isnan(self.travel[first : last + 1]))
         if there.size < FEWEST:
             raise UnusableError("the first motion is not seen: its samples are missing")
-        off = self.travel[there] - self.smooth[there]
-        rho = off[1:] @ off[:-1] / max(off @ off, np.finfo(float).tiny)
-        rho = float(np.clip(rho, 0.0, _MOST_COLOUR))
         every = -(-there.size // _MEANS)
         there = there[there.size % every :].reshape(-1, every)  # to the end, where the rise is
         time, travel = (values[there].mean(axis=1) for values in (self.time, self.travel))
-        variance = max(self.noise, least) ** 2 * (1.0 + rho) / (1.0 - rho) / every
+        variance = max(self.noise, least) ** 2 / every
         return time, travel - travel.mean(), variance
 
 

@@ -12,7 +12,7 @@ from breaker.common.numerals import in_digits
 from breaker.records.rejections import FEWEST, MATTERS, Remark, normal_sds
 
 _BLOCK = 2**18  # samples in windows whose medians are computed at once: 2 MB
-_MORE = 1.15  # noise over noise_sd, above which parameters and their sds are wrong
+_RATIOS = 0.5, 1.15  # noise over noise_sd, limits beyond which parameters and their sds are wrong
 _CORRELATED = 0.2  # correlation at a step of the grid from which a remark is made
 _COLOURED = 0.95  # largest correlation of neighbours that a short rest can show
 _DEGREE = 8  # of the polynomial that models the drive's travel from 5 to 95 %
@@ -79,12 +79,14 @@ def noise_remarks(noise: Noise, noise_sd: float, every: float) -> list[Remark]:
         return [Remark("few-at-rest")]
     near = float(np.clip(np.nan_to_num(noise.colour), 0.0, _COLOURED))
     sds, remarks = normal_sds(1), []
+    size = {"noise": in_digits(noise.sd, 2), "noise_sd": noise_sd}
     # Degrees of freedom of a first-order process: correlation makes samples less informative.
     free = max(noise.samples * (1.0 - near**2) / (1.0 + near**2) - 1.0, 1.0)
     chance = sds / np.sqrt(2.0 * free)  # largest random error of the logarithm of an sd
-    if noise.sd > noise_sd * max(_MORE, np.exp(chance)):
-        shown = in_digits(noise.sd, 2)
-        remarks.append(Remark("noisier", noise=shown, noise_sd=noise_sd))
+    if noise.sd > noise_sd * max(_RATIOS[1], np.exp(chance)):
+        remarks.append(Remark("noisier", **size))
+    if 0.0 < noise.sd < noise_sd * min(_RATIOS[0], 1.0 - chance):
+        remarks.append(Remark("calmer", **size))
     colour = near ** max(every, 1.0)  # of a first-order process, at a step of the grid
     if colour > _CORRELATED and near > sds / np.sqrt(noise.samples):
         remarks.append(Remark("coloured", colour=colour))

@@ -36,6 +36,8 @@ TEXTS = {
     "few-at-rest": "too little rest before the motion to see the noise",
     "noisier": "the noise at rest is {noise} mm, more than sensor.noise_sd, {noise_sd:g} mm; raise "
     "it, or the parameters are less certain than inferred",
+    "calmer": "the noise at rest is {noise} mm, far less than sensor.noise_sd, {noise_sd:g} mm: is "
+    "the travel filtered? Lower it for the workflow; no command on records uses it",
     "coloured": "the noise at rest is correlated by {colour:.2f} at a step of the grid: record "
     "without a filter, or raise sensor.noise_sd",
     "uneven": "the times are off even steps of {step} ms by up to {off} ms",
