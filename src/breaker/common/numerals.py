@@ -1,7 +1,5 @@
 """Numbers in texts, without powers of ten, and the natural order of names with numbers."""
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Sequence

@@ -3,8 +3,6 @@
 A file contains the weights, and in its header the settings of the network, as JSON.
 """
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager

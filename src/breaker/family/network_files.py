@@ -1,9 +1,4 @@
-"""Write the model files of a family, and compare them with a configuration.
-
-Importing this module is fast: the plan of the workflow compares files without numpy.
-"""
-
-from __future__ import annotations
+"""Write the model files of a family, and compare them with a configuration."""
 
 from collections.abc import Mapping
 from pathlib import Path

@@ -20,11 +20,7 @@ Three slips of the paper are corrected:
 2. Eq. (7) labels the closed rest position "open".
 3. ``f`` is zero during opening, but the closed rest position, where opening starts, depends on
    ``f``. So does an opening curve.
-
-This module loads without numpy, because checks of a configuration import it.
 """
-
-from __future__ import annotations
 
 import numpy as np
 

@@ -22,8 +22,6 @@ Only this module, ``equations``, ``kernels`` and, outside the folder, the drives
 effects (``breaker.family.integrator``) use parameters by name or position. Others use ``NAMES``.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -4,8 +4,6 @@ Only plain decimal numbers are accepted: Python's ``float`` also accepts ``1_000
 script and ``inf``, which no instrument writes, but a damaged file may contain.
 """
 
-from __future__ import annotations
-
 import csv
 import re
 from collections.abc import Sequence

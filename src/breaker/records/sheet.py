@@ -1,7 +1,5 @@
 """A table of samples as it stands in a file of any format, and the columns of a record in it."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property

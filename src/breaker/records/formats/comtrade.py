@@ -2,8 +2,6 @@
 and ``.dat``. Recorders leave many cells of the ``.cfg`` empty.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping
 from contextlib import suppress

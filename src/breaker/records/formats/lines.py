@@ -5,8 +5,6 @@ A line consists of named fields, and the last field has the values of all sample
 records, so a line is only read on request.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping
 from typing import NamedTuple

@@ -4,8 +4,6 @@ Settings define how a text is read. Without settings, encoding, delimiter and de
 estimated from lines of the entire text, to propose settings that a user confirms.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
