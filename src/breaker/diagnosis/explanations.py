@@ -145,7 +145,7 @@ def _starts(raws: Sequence[Record]) -> np.ndarray:
     """Return times from the first detected motion to 10 % of the travel, and sds, ``(n, 2)``."""
     tenths = [raw.time[raw.segment.begin] + normalise_record(raw)[0].origin for raw in raws]
     times = np.subtract(tenths, [raw.moves for raw in raws])
-    return np.column_stack([times, [raw.reading.start_sd for raw in raws]])
+    return np.column_stack([times, [raw.moves_sd for raw in raws]])
 
 
 class _MeanChange(NamedTuple):

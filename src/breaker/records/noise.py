@@ -15,8 +15,10 @@ _BLOCK = 2**18  # samples in windows whose medians are computed at once: 2 MB
 _RATIOS = 0.5, 1.15  # noise over noise_sd, limits beyond which parameters and their sds are wrong
 _CORRELATED = 0.2  # correlation at a step of the grid from which a remark is made
 _COLOURED = 0.95  # largest correlation of neighbours that a short rest can show
-_DEGREE = 8  # of the polynomial that models the drive's travel from 5 to 95 %
-_SHARE = 0.75  # least share of the residual that a sine explains: a bump's swing explains less
+# Degrees of polynomials that model the drive's travel from 5 to 95 %. The residual of a bump swings
+# too, but its frequency rises with the degree; a ripple has the same frequency for both degrees.
+_DEGREES = 8, 11
+_SHARE = 0.7  # least share of the polynomial's residual that a sine explains
 
 REST = (50.0, 1.0)
 """Rest in which the noise is estimated, ms before the first motion: the start may be gradual, and
@@ -112,22 +114,26 @@ def ripple_of(done: np.ndarray) -> float:
     end = int((done >= 0.95).argmax())
     begin = end - int((done[end::-1] <= 0.05).argmax())
     there = np.flatnonzero(~np.isnan(done[begin:end]))
-    if there.size < 2 * _DEGREE:
+    if there.size < 2 * _DEGREES[1]:
         return 0.0
     done, share = done[begin:end][there], there / (end - begin)
-    smooth, _ = np.linalg.qr(np.polynomial.chebyshev.chebvander(2.0 * share - 1.0, _DEGREE))
-    curve = smooth @ (smooth.T @ done)
-    left, speed = done - curve, np.gradient(curve, share)
-    speed = np.clip(speed / speed.max(), 0.1, 1.0)
     # Periods from a quarter of this part down to four samples.
-    cycles = np.geomspace(4.0, max(0.25 * done.size, 4.0), 60)
-    waves = np.exp(2j * np.pi * cycles[:, None] * share) * speed
-    waves -= waves @ smooth @ smooth.T
-    fits, power = np.abs(waves @ left), 0.5 * np.square(np.abs(waves)).sum(axis=1)
-    best = int((fits**2 / power).argmax())
-    amplitude = float(fits[best] / power[best])
-    clear = fits[best] * amplitude >= _SHARE * (left @ left) and amplitude >= MATTERS
-    return amplitude / np.sqrt(2.0) if clear else 0.0
+    cycles, ripple = np.geomspace(4.0, max(0.25 * done.size, 4.0), 60), []
+    for degree in _DEGREES:
+        smooth, _ = np.linalg.qr(np.polynomial.chebyshev.chebvander(2.0 * share - 1.0, degree))
+        curve = smooth @ (smooth.T @ done)
+        left, speed = done - curve, np.gradient(curve, share)
+        speed = np.clip(speed / speed.max(), 0.1, 1.0)
+        waves = np.exp(2j * np.pi * cycles[:, None] * share) * speed
+        waves -= waves @ smooth @ smooth.T
+        fits, power = np.abs(waves @ left), 0.5 * np.square(np.abs(waves)).sum(axis=1)
+        best = int((fits**2 / power).argmax())
+        amplitude = float(fits[best] / power[best])
+        if fits[best] * amplitude < _SHARE * (left @ left) or amplitude < MATTERS:
+            return 0.0
+        ripple.append((best, amplitude))
+    (first, amplitude), (second, _) = ripple
+    return amplitude / np.sqrt(2.0) if abs(first - second) <= 2 else 0.0
 
 
 def filled(travel: np.ndarray) -> np.ndarray:
