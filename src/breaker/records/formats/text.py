@@ -69,23 +69,56 @@ def sheet_of(opened: Opened, text: str, settings: Mapping, title: str = "") -> S
 
 
 def _sheet_of(file: str | Path, text: str, settings: Mapping) -> Sheet:
-    top, delimiter = _Top(text, settings), settings["delimiter"]
-    first, named, unit, width = _head(file, top)
-    names, texts = [] if named is None else top.row(named), [] if unit is None else top.row(unit)
-    names = [name.lstrip("#%! ") or name for name in names[:1]] + names[1:]
-    width = max(len(names), len(texts)) or width
+    """Return the table below the head of a text. Samples begin with the first run of lines that are
+    similar to those of the entire text.
+    """
+    delimiter, kind = settings["delimiter"], _kinds(settings["decimal"])
+    lines = text[:BLOCK].split("\n", _TOP)[:_TOP]
+    full = [i for i, line in enumerate(lines) if line.strip(_BLANK)]
+    body = [[*map(kind, cells_of(line, delimiter))] for line in _some_lines(text)] or [[]]
+    numbers, texts = (np.median([row.count(sort) for row in body]) for sort in (1, -1))
+
+    @cache
+    def fits(i: int) -> bool:
+        kinds = [*map(kind, cells_of(lines[i], delimiter))]
+        return 2 * kinds.count(1) >= numbers > 0 and kinds.count(-1) <= texts
+
+    for above, first in enumerate(full):
+        run = full[above : above + FEWEST]
+        if fits(first) and 4 * sum(map(fits, run)) >= 3 * len(run):
+            break
+    else:
+        reason = "has no columns of numbers; is it a text of measurements?"
+        remedy = "See endurance.format.delimiter and decimal, or breaker inspect FILE"
+        raise RejectedCurveError(file, f"{reason} {remedy}" if full else "is empty")
+    preamble, width = [cells_of(lines[i], delimiter) for i in full[:above]], max(map(len, body))
+    names, units = _pop_names(preamble, width, settings)
+    if delimiter == " ":  # blanks also separate words of the preamble
+        preamble = [[lines[i].strip()] for i in full[: len(preamble)]]
+    width = max(len(names), len(units)) or width
+    begin = sum(map(len, lines[:first])) + first
+    check_size(file, text.count("\n", begin), width, line=first + 1)
+    columns, rows, wrong = _samples(text, begin, first + 1, width, settings)
     names = [*names, *[""] * (width - len(names))]
-    line = top.numbers[first]
-    begin = sum(map(len, text[:BLOCK].split("\n", _TOP)[: line - 1])) + line - 1
-    check_size(file, text.count("\n", begin), width, line=line)
-    columns, lines, wrong = _samples(text, begin, line, width, settings)
-    # If blanks separate cells, they also separate words of the preamble.
-    preamble = [
-        [top.lines[k].strip()] if delimiter == " " else top.row(k)
-        for k in range(first)
-        if k not in (named, unit)
-    ]
-    return Sheet(file, names, columns, texts, preamble, settings, lines=lines, wrong=wrong)
+    return Sheet(file, names, columns, units, preamble, settings, lines=rows, wrong=wrong)
+
+
+def _pop_names(
+    above: list[list[str]], width: int, settings: Mapping
+) -> tuple[list[str], list[str]]:
+    """Remove the names and units of columns from the lines above samples, and return both. Names
+    are in the last line, or in the line above the units; empty if not there.
+    """
+    units = above.pop() if above and _are_units(above[-1]) else []
+    names = above[-1] if above else []
+    kind, cells = _kinds(settings["decimal"]), [*filter(None, names)]
+    values = sum(kind(cell) == 1 or cell.endswith((":", "=")) for cell in cells)
+    least, most = (width, width) if settings["delimiter"] == " " else (width / 2, width + 1)
+    if 2 * values < len(cells) and least <= len(cells) <= most:
+        above.pop()
+    else:
+        names, units = units, []  # names such as "t;s" may look like units
+    return [name.lstrip("#%! ") or name for name in names[:1]] + names[1:], units
 
 
 def first_line(content: bytes) -> bytes:
@@ -159,55 +192,6 @@ def _kinds(decimal: str) -> Callable[[str], int]:
         return 0 if cell.strip().lower() in MISSING else 2 * is_number(cell, decimal) - 1
 
     return kind
-
-
-_Head = tuple[int, int | None, int | None, int]
-"""Places of the first sample, the names and the units among the first lines; and the number of
-columns of the samples if nothing names them."""
-
-
-class _Top:
-    """First lines of a text that are not blank, and their numbers, from 1."""
-
-    def __init__(self, text: str, settings: Mapping) -> None:
-        self.text, self.delimiter = text, settings["delimiter"]
-        self.kind = _kinds(settings["decimal"])
-        lines = text[:BLOCK].split("\n", _TOP)[:_TOP]
-        self.numbers = [i for i, line in enumerate(lines, start=1) if line.strip(_BLANK)]
-        self.lines = [lines[i - 1] for i in self.numbers]
-        self.row = cache(lambda k: cells_of(self.lines[k], self.delimiter))
-
-
-def _head(file: str | Path, top: _Top) -> _Head:
-    """Return the head above the first run of lines that are similar to those of the entire text.
-    The names are in the last line above the run, or in the line above the units.
-    """
-    rows = [cells_of(line, top.delimiter) for line in _some_lines(top.text)] or [[]]
-    body = [[*map(top.kind, row)] for row in rows]
-    numbers, texts = (np.median([row.count(kind) for row in body]) for kind in (1, -1))
-
-    @cache
-    def fits(k: int) -> bool:
-        kinds = [*map(top.kind, top.row(k))]
-        return 2 * kinds.count(1) >= numbers > 0 and kinds.count(-1) <= texts
-
-    for first in range(len(top.lines)):
-        run = range(first, min(first + FEWEST, len(top.lines)))
-        if fits(first) and 4 * sum(map(fits, run)) >= 3 * len(run):
-            break
-    else:
-        reason = "has no columns of numbers; is it a text of measurements?"
-        remedy = "See endurance.format.delimiter and decimal, or breaker inspect FILE"
-        raise RejectedCurveError(file, f"{reason} {remedy}" if top.lines else "is empty")
-    width, above = max(map(len, body)), first - 1
-    units = above if above >= 0 and _are_units(top.row(above)) else None
-    names = above if units is None else above - 1
-    cells = [*filter(None, top.row(names))] if names >= 0 else []
-    values = sum(top.kind(cell) == 1 or cell.endswith((":", "=")) for cell in cells)
-    least, most = (width, width) if top.delimiter == " " else (width / 2, width + 1)
-    if not (2 * values < len(cells) and least <= len(cells) <= most):
-        names, units = units, None  # names such as "t;s" may look like units
-    return first, names, units, width
 
 
 def _are_units(row: Sequence[str]) -> bool:
