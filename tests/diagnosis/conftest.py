@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from breaker.configuration.loading import defaults
-from breaker.diagnosis.estimate import EstimateSettings, Given
+from breaker.diagnosis.estimate import Given
 from breaker.diagnosis.inference import Inference
 from breaker.diagnosis.reading import read_operations
 from breaker.diagnosis.session import Diagnosis
@@ -16,7 +16,7 @@ from breaker.records.named import ANY
 from breaker.records.operations import Operation
 from tests.cli.conftest import written
 
-SETTINGS = EstimateSettings(draws=400, misfit_p_value=1e-3, seed=1)
+SETTINGS = {"draws": 400, "misfit_p_value": 1e-3, "seed": 1}
 STROKE = 13.5  # mm, of the reference drive
 TOUCH = 20.09  # ms in the record, of the model that it is of
 
@@ -37,7 +37,7 @@ def infer(levels, records):
     """Infer the records, or others, with what is given."""
 
     def infer(given=None, some=records, families=(levels,)):
-        inference = Inference(lambda: families, given or Given(), SETTINGS)
+        inference = Inference(lambda: families, given or Given(), **SETTINGS)
         return inference.infer(some, speeds_at({}, STROKE))
 
     return infer

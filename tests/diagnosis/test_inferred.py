@@ -120,7 +120,7 @@ def prior_means(levels, own, draws, size):
     seen.duration = [1.5 * np.exp(levels.usual[1, 0])]
     record = SimpleNamespace(timed=False, motion="closing", seen=seen)
     answer = Estimate(record, levels, draws=StateDraws(draws, {}, {}))
-    asked = inference.Inference(lambda: [levels], Given(size, own), None)
+    asked = inference.Inference(lambda: [levels], Given(size, own), 0, 0.0, 0)
     weights = asked._weights([answer], ())
     weights /= weights.sum()
     z = own.standardise(draws)

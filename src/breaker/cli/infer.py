@@ -95,7 +95,7 @@ def _write(diagnosis, content, options: argparse.Namespace) -> list[str]:
 
         settings, estimates = diagnosis.settings, diagnosis.estimates
         first = next(estimate for estimate in estimates if estimate.levels)
-        rng = generator(settings.seed, "prior draws")
-        prior = diagnosis.given.sample_prior(first, settings.draws, rng)
+        rng = generator(settings["seed"], "prior draws")
+        prior = diagnosis.given.sample_prior(first, settings["draws"], rng)
         written.append(draw(answer(estimates, prior), options.plot))
     return written

@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import NamedTuple
 
 import numpy as np
 
@@ -68,14 +67,6 @@ class DriveRecord:
     def switched(self) -> float:
         """Recorded contact touch or separation, ms after 10 % of the stroke; nan if not timed."""
         return self.raw.contact.time - self.tenth
-
-
-class EstimateSettings(NamedTuple):
-    """Number of posterior draws, p-value below which a record is outside a family, and seed."""
-
-    draws: int
-    misfit_p_value: float
-    seed: int
 
 
 @dataclass(frozen=True, eq=False)

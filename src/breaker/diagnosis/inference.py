@@ -16,7 +16,7 @@ import numpy as np
 
 from breaker.common.numerals import in_digits
 from breaker.common.randomness import generator, systematic
-from breaker.diagnosis.estimate import DriveRecord, Estimate, EstimateSettings, Given
+from breaker.diagnosis.estimate import DriveRecord, Estimate, Given
 from breaker.diagnosis.words import say
 from breaker.family.membership import choose_family
 from breaker.family.networks import StateNetwork
@@ -43,12 +43,15 @@ class Inference(NamedTuple):
         families: Function that opens state networks, the narrowest family first. ``choose_family``
             selects one by the travel; if a recorded contact disagrees, the others are tried.
         given: Knowledge in addition to the records.
-        settings: Settings of the estimates.
+        draws, seed: Number of posterior draws of an estimate, and seed.
+        misfit_p_value: p-value below which a record is outside a family.
     """
 
     families: Callable[[], Iterable[StateNetwork]]
     given: Given
-    settings: EstimateSettings
+    draws: int
+    misfit_p_value: float
+    seed: int
 
     def infer(self, records: Sequence[DriveRecord], speeds: tuple[Speed, ...]) -> list[Estimate]:
         """Infer all records of a drive, in their order, with definitions of its speeds."""
@@ -74,11 +77,11 @@ class Inference(NamedTuple):
         levels, matches, _ = choose_family(
             families,
             lambda levels: [(e.motion, levels.match(e.motion, e.seen)) for e in usable],
-            self.settings.misfit_p_value,
+            self.misfit_p_value,
         )
         estimates, operations = [], {}
         for record, (_, match) in zip(usable, matches, strict=True):
-            misfit = match.p_value < self.settings.misfit_p_value
+            misfit = match.p_value < self.misfit_p_value
             key = record.operation.number, record.operation.breaker, record.operation.phase
             group = estimates if misfit else operations.setdefault(key, [])
             group.append(Estimate(record, levels, match, misfit))
@@ -93,7 +96,7 @@ class Inference(NamedTuple):
 
     def _distance(self, operation: Sequence[Estimate]) -> float:
         """Return the squared distance between the posteriors of both records of an operation."""
-        rng = generator(self.settings.seed, "motions", operation[0].record.operation.number)
+        rng = generator(self.seed, "motions", operation[0].record.operation.number)
         draw = partial(operation[0].levels.draw, draws=_ROUNDS[0][1], rng=rng, size=self.given.size)
         drawn = (draw({part.record.motion: part.record.seen}) for part in operation)
         return squared_distance(*(np.log(draws.theta) for draws in drawn))
@@ -107,8 +110,8 @@ class Inference(NamedTuple):
         """
         timed = {e.record.motion: e.record for e in operation if e.record.timed}
         contacts = set(timed) if contacts is None else contacts
-        rng = generator(self.settings.seed, "levels", operation[0].record.operation.number)
-        count = self.settings.draws
+        rng = generator(self.seed, "levels", operation[0].record.operation.number)
+        count = self.draws
         drawn, weights, effective = self._weighted(operation, contacts, rng)
         draws, strokes = drawn[0].draws, drawn[0].stroke
         sds = {
@@ -152,7 +155,7 @@ class Inference(NamedTuple):
         rest = min((e for e in strokes if not e.reason), key=lambda e: e.sd, default=None)
         rounds = [*_ROUNDS] if self.given.restricts else [*_ROUNDS[:2]]
         if not (self.given.restricts or contacts):  # nothing weights the draws
-            rounds[0] = self.settings.draws, _LEAST
+            rounds[0] = self.draws, _LEAST
         # A user's prior may be wider than the family's prior at the given size.
         size, best = None if self.given.prior else self.given.size, (None, None, -1.0)
         for n, enough in rounds:

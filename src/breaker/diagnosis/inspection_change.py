@@ -185,8 +185,9 @@ def compare_inspections(diagnosis: Diagnosis, inspections: Inspections) -> Inspe
         remarks = (e for e in record.raw.remarks_on() if getattr(e, "code", "") in DISTURBED)
         doubts += [say("disturbed", remark=remark, **place) for remark in remarks]
     pair = Pair.of(*map(_by_motion, used.values()))
-    settings, speeds = diagnosis.settings, diagnosis.speeds_of([*used["before"], *used["today"]])
-    rng, misfit = generator(settings.seed, "two visits"), settings.misfit_p_value
+    speeds = diagnosis.speeds_of([*used["before"], *used["today"]])
+    seed, misfit = (diagnosis.settings[name] for name in ("seed", "misfit_p_value"))
+    rng = generator(seed, "two visits")
     changes = compare(pair, shipped_networks(), rng, misfit_p_value=misfit)
     transducers = {record.operation.transducer for listed in used.values() for record in listed}
     explanations = explain(
@@ -202,7 +203,7 @@ def compare_inspections(diagnosis: Diagnosis, inspections: Inspections) -> Inspe
         speeds,
         identity.stated_differences(inspections),
         from_list(diagnosis.limits, [*pair.before], speeds),
-        settings={"seed": settings.seed, "misfit_p_value": misfit},
+        settings={"seed": seed, "misfit_p_value": misfit},
         rejected=rejected,
         dates={name: identity.days_of(listed) for name, listed in used.items()},
         doubts=[*dict.fromkeys(doubts)],

@@ -52,7 +52,7 @@ def result_of(diagnosis: "Diagnosis") -> Result:
         # Remarks list all motions that no drive makes.
         "warnings": [*map(note_of, [*doubts, *no_drive[:1], *absent])],
         "remarks": [*map(note_of, of_change)],
-        "settings": diagnosis.settings._asdict()
+        "settings": diagnosis.settings
         | {"known": given.known, "size": given.size and vars(given.size)},
         "records": records,
         "simultaneity": [

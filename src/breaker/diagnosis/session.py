@@ -13,7 +13,7 @@ import numpy as np
 
 from breaker.configuration.definitions import entry_of_type, laid_over
 from breaker.configuration.loading import defaults
-from breaker.diagnosis.estimate import KNOWN_VALUES, DriveRecord, Estimate, EstimateSettings, Given
+from breaker.diagnosis.estimate import KNOWN_VALUES, DriveRecord, Estimate, Given
 from breaker.diagnosis.identity import phase_of, phases_left_out
 from breaker.diagnosis.inference import Inference
 from breaker.diagnosis.limits import Verdict, judged
@@ -64,10 +64,10 @@ class Diagnosis:
     doubts: Sequence[str] = ()
 
     @property
-    def settings(self) -> EstimateSettings:
-        """Settings of estimates."""
-        section = self.config["endurance"]
-        return EstimateSettings(section["draws"], section["misfit_p_value"], self.config["seed"])
+    def settings(self) -> dict[str, int | float]:
+        """Settings of estimates: "draws", "misfit_p_value" and "seed"."""
+        section = self.config["endurance"] | {"seed": self.config["seed"]}
+        return {name: section[name] for name in ("draws", "misfit_p_value", "seed")}
 
     def of_type(self, name: str) -> "Diagnosis":
         """Return the diagnosis of a type: its entry overrides configuration and limits.
@@ -128,7 +128,7 @@ class Diagnosis:
 
     def infer(self, records: Sequence[DriveRecord]) -> list[Estimate]:
         """Infer records, in their order."""
-        inference = Inference(self.families, self.given, self.settings)
+        inference = Inference(self.families, self.given, **self.settings)
         return inference.infer(records, self.speeds_of(records))
 
     @cached_property
@@ -139,7 +139,7 @@ class Diagnosis:
     def judge(self, estimates: Sequence[Estimate]) -> list[list[Verdict]]:
         """Return the verdicts of each estimate: see ``judged``."""
         limits = self.limits_on(estimates)
-        return [judged(estimate, limits, seed=self.settings.seed) for estimate in estimates]
+        return [judged(estimate, limits, seed=self.config["seed"]) for estimate in estimates]
 
     def limits_on(
         self, estimates: Sequence[Estimate], motions: Iterable[str] = MOTIONS

@@ -120,25 +120,19 @@ def measured_table(title: str, records: Sequence[RecordResult]) -> Table:
     rows = []
     for name, unit in {n: v["unit"] for e in records for n, v in _measured(e).items()}.items():
         values = [record["quantities"].get(name, {}) for record in records]
-        if half := half_of(values):
-            rows.append((name, unit, *map(value_cell, values), half))
+        # The lower end of an interval may be cut at zero.
+        halves = [e["interval_95"][1] - e["median"] for e in values if "interval_95" in e]
+        if halves:
+            rows.append((name, unit, *map(_value_cell, values), in_digits(max(halves), 2)))
     head = ["", "unit", *(record.get("phase", "value") for record in records), "± 95 %"]
     return Table(head, rows, title, _notes(records))
-
-
-def half_of(values: Iterable[Value]) -> str:
-    """Return the largest distance from a value to the upper end of its 95 % interval, as the lower
-    end may be cut at zero. Return "" if no value has an interval.
-    """
-    halves = [e["interval_95"][1] - e["median"] for e in values if "interval_95" in e]
-    return in_digits(max(halves), 2) if halves else ""
 
 
 def _measured(record: RecordResult) -> dict[str, Value]:
     return {name: v for name, v in record["quantities"].items() if name not in INFERRED}
 
 
-def value_cell(value: Value) -> str:
+def _value_cell(value: Value) -> str:
     """Return the cell of a value, with a star if it is measured at an estimated contact."""
     if "interval_95" not in value:
         return _NONE

@@ -225,14 +225,12 @@ def document_of(fitted: TypePrior) -> Document:
 
 
 def warnings_of(fitted: TypePrior) -> list[Sentence]:
-    """Return warnings about breakers and about limits of the prior."""
+    """Return warnings about breakers and about drives with dampers."""
     warnings = [say("type-one-breaker")] if len(fitted.names) == 1 else []
     for name, estimates in fitted.estimates.items():
         if reasons := [e.why_not_inferred for e in estimates if not e.draws]:
             counts = {"count": len(reasons), "records": len(estimates), "reason": reasons[0]}
             warnings.append(say("type-left-out", breaker=name, **counts))
-    if wide := [NAMES[k] for k in np.flatnonzero(fitted.prior.log_sds == WIDEST)]:
-        warnings.append(say("type-wide", parameters=", ".join(wide), widest=WIDEST))
     family = fitted.levels.settings["family"]
     if "opening" in fitted.records and family != defaults()["family"]["name"]:
         warnings.append(say("type-damped", family=family))

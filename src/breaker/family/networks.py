@@ -367,15 +367,14 @@ def open_network(path: str | Path) -> StateNetwork | ChangeNetwork:
         return kind(settings=settings, network=Network(weights, kind.atoms), **parts)
 
 
-def shipped_networks(*kinds: str) -> Iterator[tuple[StateNetwork | ChangeNetwork, ...]]:
-    """Yield the networks of each shipped family, of some kinds or all, opened as needed."""
-    for family in FAMILIES:
-        yield tuple(_shipped(family, kind) for kind in kinds or KINDS)
+def shipped_networks() -> Iterator[tuple[StateNetwork, ChangeNetwork]]:
+    """Yield the networks of each shipped family, opened as needed."""
+    return (tuple(_shipped(family, kind) for kind in KINDS) for family in FAMILIES)
 
 
 def shipped_levels() -> Iterator[StateNetwork]:
     """Yield the shipped state networks, in the order in which families are tried."""
-    return (state for (state,) in shipped_networks("levels"))
+    return (_shipped(family, StateNetwork.kind) for family in FAMILIES)
 
 
 @cache
