@@ -1,4 +1,4 @@
-"""What tests of figures read from a drawn figure: words, lines and colours."""
+"""What tests of figures read from a drawn figure."""
 
 
 def assert_drawn(figure):
@@ -7,18 +7,6 @@ def assert_drawn(figure):
     for axis in figure.axes:
         names_rows = axis.yaxis.get_ticks_position() == "right"
         assert axis.has_data() or axis.texts or names_rows or not axis.axison
-
-
-def words(figure):
-    """All texts of a figure that are not ticks."""
-    texts = [text.get_text() for legend in figure.legends for text in legend.get_texts()]
-    for axis in figure.axes:
-        texts += [axis.get_title(loc) for loc in ("left", "center", "right")]
-        texts += [axis.get_xlabel(), axis.get_ylabel()]
-        if axis.get_legend() is not None:
-            texts += [text.get_text() for text in axis.get_legend().get_texts()]
-    notes = [text.get_text() for text in figure.artists]
-    return "\n".join([figure.get_suptitle(), *notes, *texts])
 
 
 def line_of(axis, colour, marker=None):
