@@ -46,7 +46,6 @@ def test_an_example_is_simulated_trained_and_validated(name, monkeypatch):
     if kind := changes.pop("kind", None):
         network["summary"] |= {"kind": kind}
     posterior = Posterior(config | changes | {"network": network}, seed=1)
-    posterior.model.try_out()
     rows = simulate(posterior.model, 256, generator(1, name))
     freeze_inputs(posterior, rows, generator(1, "components"))
     parts = (Rows.of(rows.isel(curve=part), posterior) for part in (slice(200), slice(200, None)))

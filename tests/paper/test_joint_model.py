@@ -1,5 +1,6 @@
 """The joint model against densities and matrices written out: prior, records, information."""
 
+import sys
 from dataclasses import replace
 from itertools import product
 from types import SimpleNamespace
@@ -152,3 +153,53 @@ def test_limit_in_plain_matrices(model):
     over_prior = limit_over_prior(model, 10, generator(1, "test model", "limit"))
     np.testing.assert_array_equal(over_prior.contraction, limits)
     assert over_prior.output.values.tolist() == model.names
+
+
+OWN = """
+import numpy as np
+from breaker.model.parameters import NAMES
+
+class Prior:
+    names = ("a", "b")
+
+    def sample(self, n, rng):
+        return rng.random((n, 2)) + 1.0
+
+class Loose:
+    names = NAMES
+
+    def sample(self, n, rng):
+        medians = [2.0, 0.045, 0.04, 0.3, 0.12, 0.75, 10.0]  # 0.2 % of draws have f < k_a L
+        return medians * np.exp(0.1 * rng.standard_normal((n, 7)))
+
+def simulate(theta, times, motion, rng):
+    return theta[:, :1] * np.ones_like(times)
+
+def endless(theta, times, motion, rng):
+    return theta[:, :1] * np.full_like(times, np.nan)
+"""
+
+
+@pytest.mark.parametrize(
+    ("prior", "simulator", "message"),
+    [
+        ("Prior", "simulate", ""),
+        ("Loose", None, "draws do not fulfil"),
+        ("Prior", "endless", "finite"),
+        ("Prior", "nothing", "has no function"),
+    ],
+)
+def test_functions_of_ones_own_are_tried_first(
+    tmp_path, monkeypatch, defaults, prior, simulator, message
+):
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.delitem(sys.modules, "own", raising=False)
+    (tmp_path / "own.py").write_text(OWN, encoding="utf-8")
+    model = {"prior": f"own:{prior}", "simulator": simulator and f"own:{simulator}"}
+    settings = defaults | {"model": model, "motion": "closing"}
+    settings["sensor"] = settings["sensor"] | {"onset_sd": 0.0}
+    if not message:
+        assert Model.from_settings(settings).names == ["a", "b"]
+    else:
+        with pytest.raises(ValueError, match=message):
+            Model.from_settings(settings)

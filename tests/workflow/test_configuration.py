@@ -1,7 +1,6 @@
 """The configuration: complete, bounded, and clear about what is wrong with it."""
 
 import re
-import sys
 from functools import reduce
 from operator import getitem
 
@@ -234,58 +233,6 @@ def test_snakemake_names_each_key_and_shows_no_traceback(tmp_path):
     for key in ("sensor.noise is", "seed is", "sensor.noise_sd is -0.1"):
         assert key in output
     assert "Traceback" not in output
-
-
-OWN = """
-import numpy as np
-from breaker.model.parameters import NAMES
-
-class Prior:
-    names = ("a", "b")
-
-    def sample(self, n, rng):
-        return rng.random((n, 2)) + 1.0
-
-class Loose:
-    names = NAMES
-
-    def sample(self, n, rng):
-        medians = [2.0, 0.045, 0.04, 0.3, 0.12, 0.75, 10.0]  # 0.2 % of draws have f < k_a L
-        return medians * np.exp(0.1 * rng.standard_normal((n, 7)))
-
-def simulate(theta, times, motion, rng):
-    return theta[:, :1] * np.ones_like(times)
-
-def short(theta, times, motion, rng):
-    return theta
-"""
-
-
-@pytest.mark.parametrize(
-    ("prior", "simulator", "good"),
-    [
-        ("Prior", "simulate", True),
-        ("Loose", None, False),
-        ("Prior", "short", False),
-        ("Prior", "nothing", False),
-    ],
-)
-def test_functions_of_ones_own_are_tried_before_the_first_job(
-    tmp_path, monkeypatch, prior, simulator, good
-):
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.delitem(sys.modules, "own", raising=False)
-    (tmp_path / "own.py").write_text(OWN, encoding="utf-8")
-    model = {"prior": f"own:{prior}", "simulator": simulator and f"own:{simulator}"}
-    mine = tmp_path / "my.yaml"
-    mine.write_text(yaml.safe_dump({"model": model, "sensor": {"onset_sd": 0.0}}))
-    assert load([mine], curves=False)["model"] == model  # as commands on records do
-    assert "own" not in sys.modules
-    if good:
-        assert load([mine])["model"] == model
-    else:
-        with pytest.raises(ConfigurationError, match=r"model.\w+ is own:"):
-            load([mine])
 
 
 @pytest.mark.parametrize(

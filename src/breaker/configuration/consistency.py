@@ -6,7 +6,6 @@ A condition yields keys, each with the problem of its value.
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
-from breaker.common.named_functions import load
 from breaker.configuration.definitions import family_of, types_of
 from breaker.configuration.loading import of_motion
 from breaker.model.equations import PRESSED
@@ -24,8 +23,8 @@ Problems = Iterator[tuple[str, str]]
 def broken(config: Config, *, curves: bool) -> Problems:
     """Yield problems of combinations of settings that are valid one by one.
 
-    ``curves`` is true to check settings of the workflow only: the folder ``endurance.curves`` and
-    the user's functions. A command on records never runs functions that a file names.
+    ``curves`` is true to check settings of the workflow only, such as the folder
+    ``endurance.curves``. No check runs functions that a file names; the first job does.
     """
     yield from _numbers(config)
     yield from _limits(config, curves)
@@ -33,7 +32,6 @@ def broken(config: Config, *, curves: bool) -> Problems:
     yield from _refused("family.name", family_of, config["family"]["name"])
     yield from _refused("endurance.format", complete, config["endurance"]["format"])
     if curves:
-        yield from _own(config)
         yield from _refused("endurance.curves", _list, config)
 
 
@@ -84,29 +82,6 @@ def _limits(config: Config, curves: bool) -> Problems:
         yield "limits", "has a name twice. Rename one of them."
     if not any(entry.get("motion", motions[0]) in motions for entry in limits):
         yield "limits", f"has no limit of {' or '.join(motions)} (motions). Add one."
-
-
-def _own(config: Config) -> Problems:
-    """Yield the user's functions that are missing, fail, or return wrong shapes."""
-    named = {f"model.{key}": name for key, name in config["model"].items() if name}
-    of_model = [*named]
-    for motion in config["motions"]:
-        kind = of_motion(config, motion)["network"]["summary"]["kind"]
-        named |= {"network.summary.kind": kind} if ":" in kind else {}
-    tried = ""
-    try:
-        for key, name in named.items():
-            tried = key
-            load(name)
-        if of_model:
-            from breaker.paper.joint_model import Model  # compiled, only for the user's functions
-
-            tried = of_model[0]
-            for motion in config["motions"]:
-                Model.from_settings({**config, "motion": motion}).try_out()
-    except Exception as error:  # the user's code may raise any exception
-        text = str(error) if isinstance(error, ValueError) else f"{type(error).__name__}: {error}"
-        yield tried, f"is {named[tried]}, which cannot be used: {text} (docs/research/extend.md)."
 
 
 def _list(config: Config) -> None:

@@ -94,7 +94,7 @@ def check(config: Mapping, *, source: str = "", curves: bool = True) -> None:
     Args:
         config: The configuration.
         source: Names of its files, for the message.
-        curves: Whether to check the folder ``endurance.curves``, and run the user's functions.
+        curves: Whether to check the folder ``endurance.curves``.
 
     Raises:
         ConfigurationError: If anything is wrong; the message lists all problems.

@@ -119,15 +119,18 @@ class Model:
     def from_settings(cls, settings: Mapping) -> "Model":
         """Build from ``{"model", "prior", "sensor", "motion"}``, as in the configuration.
 
-        A ``model`` of null is the paper's model. A ValueError is raised if ``model`` names a
-        function that does not exist or does not fit.
+        A ``model`` of null is the paper's model. Your own functions are tried out; a ValueError is
+        raised if one does not exist or does not fit.
         """
         own = settings.get("model") or {}
         named = {name: load(own[name]) for name in ("prior", "simulator") if own.get(name)}
         own_prior = OwnPrior(named["prior"]()) if "prior" in named else None
         prior = own_prior or Prior.from_settings(settings["prior"])
         sensor = Sensor(**settings["sensor"])
-        return cls(prior, sensor, settings["motion"], named.get("simulator"))
+        model = cls(prior, sensor, settings["motion"], named.get("simulator"))
+        if named:
+            model._try_out()
+        return model
 
     @property
     def parameters(self) -> tuple[str, ...]:
@@ -181,7 +184,7 @@ class Model:
             )
         return curves
 
-    def try_out(self) -> None:
+    def _try_out(self) -> None:
         """Raise a ValueError if your own functions return wrong shapes, values that are not finite,
         or parameters of the paper's drive with which the contact never closes.
         """
