@@ -79,4 +79,3 @@ def test_an_edit_of_a_type_or_an_appended_record_runs_the_chunk_of_its_breaker_a
     with Path("curves/operations.csv").open("a", encoding="utf-8") as end:
         end.write("B_3.csv,closing,3,B,R,2025-03-01,LTB 145\n")
     assert planned() == {"001"}
-    assert "fleet_chunk" not in run("-n", "--config", "endurance={'breaker': 'A'}", "--", "all")

@@ -9,8 +9,7 @@ from breaker.workflow.jobs import start
 
 log = start(snakemake)
 params, config = snakemake.params, dict(snakemake.params.items())
-chosen = {key: params.endurance[key] for key in ("phase", "events")}
-rows = list_fleet(params.folder, breakers=params.breakers, **chosen)
+rows = list_fleet(params.folder, breakers=params.breakers, phase=params.endurance["phase"])
 results = []
 for drive in drives_of(rows, params.motions, params.endurance["format"]):
     results.append(examine(drive, config, params.types))
