@@ -19,6 +19,7 @@ from tests.records.test_first_motion import closing
 TABLE = Path(__file__).with_name("readings.csv")
 POINTS = {
     "closing_speed": ["6 mm before touch", "touch"],
+    "closing_speed_first": ["0 % of stroke", "50 % of stroke"],
     "closing_speed_zone": ["0.5 mm from open", "3 mm from closed"],
     "opening_speed": ["separation", "6 mm after separation"],
     "opening_speed_zone": ["3 mm from closed", "4 ms after 50 % of stroke"],

@@ -218,7 +218,7 @@ def doubts_in_words(time: np.ndarray, kinds: np.ndarray) -> str:
     bad = kinds != ""
     begins = np.flatnonzero(bad & (kinds != np.append("", kinds[:-1]))).tolist()
     listed = [f"{kinds[k]} at {in_digits(time[k], 5)} ms (sample {k + 1})" for k in begins[:4]]
-    places = ", ".join([*listed, *["..."][: len(begins) - len(listed)]])
+    places = ", ".join(listed) + (", ..." if begins[4:] else "")
     return Remark("doubtful-samples", count=int(bad.sum()), places=places) if begins else ""
 
 

@@ -123,7 +123,13 @@ def events_of(
         begin = moves - max(RESOLVED, 3.0 * located.moves_sd)
         try:
             samples = signals["contact"], signals.get("current"), holds(name, "resistance")
-            contact = _as_travelled(times_of(time, *samples, sides, closing, begin), located)
+            contact = times_of(time, *samples, sides, closing, begin)
+            end = time[located.done >= 1.0 - LEAST][:1].min(initial=np.inf)
+            if contact.time > end:
+                reason = f"it switches at {contact.time:.1f} ms, after the travel has arrived"
+                raise NotShownError(reason)
+            if contact.main > end:
+                contact = contact._replace(main=np.nan, main_sd=np.nan)
         except NotShownError as error:
             contact = ContactTimes(why=str(error))
         if contact.why:
@@ -258,17 +264,6 @@ def _main(
     last, first = [edge, *marks[marks <= edge]][-1], [*marks[marks >= edge], edge][0]
     edge = float(last if signal.closing else first)
     return edge, main.sd(edge, spread, main.edge(1.0 - _RISE) - edge), high
-
-
-def _as_travelled(contact: ContactTimes, located: LocatedMotion) -> ContactTimes:
-    """Return times that agree with the travel; raise if the drive rests when the contact switches.
-
-    Drop the time of the main contact if only that one disagrees.
-    """
-    end = located.time[located.inside][located.done >= 1.0 - LEAST][:1].min(initial=np.inf)
-    if contact.time > end:
-        raise NotShownError(f"it switches at {contact.time:.1f} ms, after the travel has arrived")
-    return contact._replace(main=np.nan, main_sd=np.nan) if contact.main > end else contact
 
 
 def trigger_of(time: np.ndarray, trigger: np.ndarray, moves: float) -> tuple[float, float]:

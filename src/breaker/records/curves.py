@@ -21,7 +21,6 @@ from breaker.records.measurements import Measured
 from breaker.records.operations import Operation
 from breaker.records.reader import Reader
 from breaker.records.record import Record
-from breaker.records.rejections import UnusableError
 
 if TYPE_CHECKING:  # single records are read without xarray
     import xarray as xr
@@ -96,17 +95,6 @@ def _cubic(travel: np.ndarray, place: np.ndarray) -> np.ndarray:
     samples = np.where(there, travel[np.where(there, indices, 0)], np.nan)
     # Samples with weight 0 may be missing; other missing samples give NaN.
     return np.where(weights == 0.0, 0.0, weights * samples).sum(axis=1)
-
-
-def check_missing(gridded: Gridded, allowed: float) -> None:
-    """Raise UnusableError if more than the allowed share of the grid's samples is missing."""
-    count = int(gridded.sampled.sum())
-    missing = int(np.isnan(gridded.travel[gridded.sampled]).sum())
-    if missing > allowed * count:
-        raise UnusableError(
-            f"{missing} of the {count} samples of the model's grid are missing, more than the "
-            f"share of {allowed:g} that endurance.format.missing allows"
-        )
 
 
 @dataclass(frozen=True)
@@ -201,10 +189,13 @@ def put_on_grid(record: Record, grid: Grid) -> GriddedRecord:
     """
     time = record.time[record.inside]
     gridded = on_grid(time, record.left - record.rest, grid.times, record.moves)
-    try:
-        check_missing(gridded, record.settings["missing"])
-    except UnusableError as error:
-        raise RejectedCurveError(record.operation.file, str(error)) from error
+    gaps, allowed = np.isnan(gridded.travel[gridded.sampled]), record.settings["missing"]
+    if gaps.sum() > allowed * gaps.size:
+        raise RejectedCurveError(
+            record.operation.file,
+            f"{gaps.sum()} of the {gaps.size} samples of the model's grid are missing, more than "
+            f"the share of {allowed:g} that endurance.format.missing allows",
+        )
     remarks = tuple(filter(None, (record.warning, *record.remarks_on(grid))))
     return GriddedRecord(record, gridded, remarks)
 

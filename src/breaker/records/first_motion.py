@@ -72,16 +72,10 @@ class _Rise:
         return self._top - int(below.argmax())
 
     def clear(self, which: int) -> tuple[int, int]:
-        """Return ``below`` for the height that is clear of noise: 0 is the height for an
-        interval, 1 for a start.
+        """Return the last samples below a height that is clear of noise, and below ``_ON`` times
+        this height, increased until they are well separated: 0 is for an interval, 1 for a start.
         """
-        height = _HEIGHTS[which] * self.noise / self.stroke
-        return self.below(float(np.clip(height, _LEAST[which], _MOST)))
-
-    def below(self, share: float) -> tuple[int, int]:
-        """Return the last samples below a share of the stroke, increased until they are well
-        separated, and below ``_ON`` times this share.
-        """
+        share = float(np.clip(_HEIGHTS[which] * self.noise / self.stroke, _LEAST[which], _MOST))
         last = on = 0
         while on - last < _SEPARATION and share < _HIGHEST:
             last, on = self.last_below(share), self.last_below(_ON * share)

@@ -18,7 +18,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from breaker.common.numerals import in_digits
 from breaker.model.quantities import CURRENTS, SHARES, SPEEDS, Point, Speed, quantities_of
 from breaker.records.axes import seen_quantum
 from breaker.records.checks import doubtful_samples, ends_of_range, leap_at
@@ -245,8 +244,7 @@ class Reading:
         """Return the largest distance beyond the rest after the motion, mm."""
         last = self.arrival + 3.0 * self.duration  # later swings are smaller than the first
         if ((self.clipped > self.arrival) & (self.clipped < last)).any():
-            least = float(np.nanmax(self.trace.travel)) - self.after.value
-            raise NotShownError(f"{_CLIPPED} there: at least {in_digits(least, 3)} mm")
+            raise NotShownError(f"{_CLIPPED} there")
         distance = self.trace.top(self.arrival, last) - self.after
         if distance.value >= _SEEN * self.trace.sd(distance):
             return distance
