@@ -10,10 +10,8 @@ import sys
 from collections.abc import Sequence
 
 from breaker import DISTRIBUTION, __version__
-from breaker.cli.inputs import PROJECT, SEVERAL
 from breaker.common.compiling import set_threads
 from breaker.common.text import say
-from breaker.configuration.loading import ConfigurationError
 
 _COMMANDS = ("inspect", "infer", "compare", "report", "fit-prior", "view", "example")
 _EXTRAS = {"torch": "networks", "xarray": "stores", "zarr": "stores", "pandas": "stores"}
@@ -48,7 +46,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         fault = f"missing in the environment of {sys.executable}: {error.name}; {remedy}"
     except MemoryError:
         fault = "out of memory; name fewer files or channels, or lower endurance.draws"
-    except (ConfigurationError, OSError, ValueError) as error:
+    except (OSError, ValueError) as error:
         fault = str(error)
     say(f"breaker: {fault}", on_stderr=True)
     return 1
@@ -62,11 +60,13 @@ def run() -> int:
 
 def parser(named: Sequence[str] = ()) -> argparse.ArgumentParser:
     """Return the parser of the commands in ``named``, or of all if it has none."""
+    from breaker.cli.inputs import SEVERAL  # loads numpy, after the number of threads is set
+
     what = "From a breaker's travel curve to the state of its drive."
     made = argparse.ArgumentParser(prog="breaker", description=what)
     made.add_argument("--version", action="version", version=f"breaker {__version__}")
     commands = made.add_subparsers(required=True, metavar="COMMAND")
-    what = f"configuration files; their keys replace those of {PROJECT}, or the defaults"
+    what = "configuration files; their keys replace the defaults"
     for name in [known for known in _COMMANDS if known in named] or _COMMANDS:
         module = importlib.import_module(f"breaker.cli.{name.replace('-', '_')}")
         about = module.__doc__.removesuffix(".").partition("`: ")[2]
