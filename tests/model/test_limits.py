@@ -15,7 +15,8 @@ def test_parts_and_words():
     both = SLOW | {"name": "tired", "lower": {"f": 0.77}, "upper": {"touch_time": 9.8}}
     slow, tired = from_list([SLOW, both], BOTH)
     assert tired == TIRED
-    assert tired.quantities == ("touch_time", "f")
+    assert (tired.quantities, tired.units) == (("touch_time", "f"), ("ms", "mm/ms²"))
+    assert Limit("worn", "", (("f", -7.0, False),), of="change").units == ("%",)
     assert slow.words == "touch_time above 10 ms"
     assert tired.words == "touch_time above 9.8 ms and f below 0.77 mm/ms²"
     assert from_list([SLOW], ["opening"]) == []
@@ -55,7 +56,7 @@ def test_excess_and_exceeded():
     np.testing.assert_allclose(TIRED.excess(values), expected, atol=1e-12)
     # A touch that does not come exceeds every bound.
     assert TIRED.exceeded(values).tolist() == [True, False, False, False, True, True]
-    assert TIRED.exceeded(values.reshape(3, 2, 2)).shape == (3, 2)
+    assert TIRED.exceeded(values[None]).tolist() == [TIRED.exceeded(values).tolist()]
     with pytest.raises(ValueError, match=r"\(\.\.\., 2\)"):
         TIRED.excess(values[:, :1])
 
@@ -96,4 +97,5 @@ def test_ranges_of_a_type():
     bounds = [(record.motion, *record.parts[0][1:]) for record in result]
     both = [("closing", 30, True), ("opening", 30, True)]
     assert bounds == [*both, ("closing", 9, True), ("closing", 8, False)]
-    assert result[0].pair == "closing travel_time by type"
+    names = ["closing travel_time", "opening travel_time", "touch_time", "touch_time"]
+    assert [record.pair for record in result] == [f"{name} by type" for name in names]
