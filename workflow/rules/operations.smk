@@ -8,7 +8,7 @@ from functools import cache
 
 from breaker.common.text import bare
 from breaker.configuration.definitions import entry_of_type, types_of
-from breaker.records.folder import fingerprint, known_of, list_breakers, list_fleet, list_operations
+from breaker.records.folder import fingerprint, known_of, list_fleet, list_operations, table_rows
 from breaker.workflow.jobs import chunks_of
 
 # Choice among the operations of the user's table.
@@ -82,7 +82,7 @@ def source(wildcards):
 
 # ---- fleet ---------------------------------------------------------------------------------------
 
-BREAKERS = list_breakers(OWN_CURVES) if OWN_CURVES else []
+BREAKERS = [*dict.fromkeys(row.breaker for _, row in table_rows(OWN_CURVES))] if OWN_CURVES else []
 IS_FLEET = len(BREAKERS) > 1 and config["endurance"]["breaker"] is None
 TYPES = types_of(config)
 FLEET = ["results/fleet.csv", "results/fleet.html"]

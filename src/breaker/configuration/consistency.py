@@ -12,7 +12,7 @@ from breaker.model.equations import PRESSED
 from breaker.model.limits import UNRESOLVED, from_list
 from breaker.model.parameters import MOTIONS
 from breaker.model.quantities import every_speed
-from breaker.records.folder import list_breakers, list_operations, table_rows
+from breaker.records.folder import list_operations, table_rows
 from breaker.records.operations import event_words, renewed_by
 from breaker.records.settings import complete
 
@@ -89,7 +89,7 @@ def _list(config: Config) -> None:
     curves, breaker, phase = (config["endurance"][key] for key in ("curves", "breaker", "phase"))
     if curves is None:
         return
-    if breaker or len(list_breakers(curves)) <= 1:
+    if breaker or len({row.breaker for _, row in table_rows(curves)}) <= 1:
         for motion in config["motions"]:
             list_operations(curves, motion, breaker=breaker, phase=phase)
         if config["types"]:

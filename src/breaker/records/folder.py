@@ -116,11 +116,6 @@ def table_rows(folder: str | Path) -> list[_Row]:
     return _read(table, _state(table))
 
 
-def list_breakers(folder: str | Path) -> Sequence[str]:
-    """List the breakers in the table of a folder; errors are those of ``table_rows``."""
-    return list(dict.fromkeys(operation.breaker for _, operation in table_rows(folder)))
-
-
 def list_fleet(
     folder: str | Path, *, breakers: Collection[str] | None = None, phase: str | None = None
 ) -> dict[str, list[_Row]]:

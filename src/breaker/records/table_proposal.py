@@ -29,7 +29,6 @@ _COLUMNS = ("file", "motion", "operation", "channel", *ABOUT, "from", "to")
 _Row = dict[str, Any]  # cells of a row of the table
 # The only number in the name of a file, without a unit behind it; six digits are a date or a time.
 _COUNTER = re.compile(r"[^0-9]*([0-9]{1,5})(?:(?:[^\w%°.,]|_)[^0-9]*)?")
-_YEAR = re.compile("19[5-9][0-9]|20[0-5][0-9]")
 
 
 def propose_manifest(
@@ -164,11 +163,9 @@ def _number(rows: Sequence[_Row]) -> bool:
     poles: dict[tuple[str, str], list[_Row]] = defaultdict(list)
     for row in rows:
         row["phase"] = row["phase"] or named.get(Path(row["file"]), "")
+        if not row["operation"] and (match := _COUNTER.fullmatch(Path(row["file"]).stem)):
+            row["operation"] = int(match[1])
         poles[row["motion"], row["phase"]].append(row)
-    for pole in poles.values():
-        numbers = _counters([Path(row["file"]).stem for row in pole])
-        for row, number in zip(pole, numbers, strict=True):
-            row["operation"] = row["operation"] or number
     if all(len({row["operation"] for row in p} - {None}) == len(p) for p in poles.values()):
         return True
     dated = all(row["date"] not in ("", FILL_IN) for row in rows)
@@ -181,15 +178,3 @@ def _number(rows: Sequence[_Row]) -> bool:
     for row in rows:
         row["operation"] = ranks[row["operation"]]
     return False
-
-
-def _counters(stems: Sequence[str]) -> list[int | None]:
-    """Return the counter in each of the names of files; None if a name is ambiguous, or all are
-    years.
-
-    >>> _counters(["op_0007", "op_0008_closing", "op_0009_10kHz", "notes"])
-    [7, 8, None, None]
-    """
-    numbers = [match[1] if (match := _COUNTER.fullmatch(stem)) else "" for stem in stems]
-    years = all(map(_YEAR.fullmatch, numbers))
-    return [None if years or not number else int(number) for number in numbers]
