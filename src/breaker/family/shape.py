@@ -93,10 +93,9 @@ def motion_of(travel, step):
     window = max(1, n // 60)
     sums = np.concatenate((np.zeros(1), value.cumsum()))
     for _ in range(_ROUNDS):
-        before = low, high, window
-        first = np.maximum(np.arange(n) - window // 2, 0)
-        last = np.minimum(np.arange(n) + window // 2 + 1, n)
-        smooth = (sums[last] - sums[first]) / (last - first)
+        before, half = (low, high, window), min(window // 2, n // 2 - 1)
+        smooth = (sums[2 * half + 1 :] - sums[: n - 2 * half]) / (2 * half + 1)
+        middle = time[half:]  # of the windows
         lower, upper = low + LEVELS[0] * (high - low), low + LEVELS[1] * (high - low)
         rises = np.flatnonzero((smooth[1:] >= upper) & (smooth[:-1] < upper)) + 1
         leaves = np.flatnonzero(smooth[: rises[0] if rises.size else 0] < lower) + 1
@@ -104,9 +103,9 @@ def motion_of(travel, step):
             return 0.0, 0.0, 0.0, 0.0, 0, 0
         i, j = leaves[-1], rises[0]  # samples after the last departure, and after the arrival
         share = (lower - smooth[i - 1]) / (smooth[i] - smooth[i - 1])
-        origin = time[i - 1] + share * (time[i] - time[i - 1])
+        origin = middle[i - 1] + share * (middle[i] - middle[i - 1])
         share = (upper - smooth[j - 1]) / (smooth[j] - smooth[j - 1])
-        duration = time[j - 1] + share * (time[j] - time[j - 1]) - origin
+        duration = middle[j - 1] + share * (middle[j] - middle[j - 1]) - origin
         window = max(1, round(_SMOOTH * duration / step))
         begin = min(np.searchsorted(time, origin + WINDOW[0] * duration), n - _FEWEST)
         end = max(np.searchsorted(time, origin + WINDOW[1] * duration), begin + _FEWEST)
@@ -131,15 +130,15 @@ def average(travel, step, motion, like, way, present):
     low, _, origin, _, begin, end = motion
     known = np.flatnonzero(~np.isnan(travel))[begin:end]
     time, value, unit = known * step, travel[known], like[1]
-    edges = origin + unit * SHAPE_STEP * (np.arange(way.size + 1) - 0.5)
-    edges += unit * SHAPE_TIMES[0]
+    gaps, rises = np.diff(time), np.diff(value)
+    edges = origin + unit * (SHAPE_TIMES[0] + SHAPE_STEP * (np.arange(way.size + 1) - 0.5))
     i = np.searchsorted(time, edges, side="right") - 1
-    i = np.minimum(np.maximum(i, 0), time.size - 2)
+    i = np.minimum(np.maximum(i, 0), gaps.size - 1)
     inside = np.minimum(np.maximum(edges, time[0]), time[-1])
-    height = value[i] + (inside - time[i]) / np.diff(time)[i] * np.diff(value)[i]
-    areas = np.concatenate((np.zeros(1), (0.5 * (value[1:] + value[:-1]) * np.diff(time)).cumsum()))
+    height = value[i] + (inside - time[i]) / gaps[i] * rises[i]
+    areas = np.concatenate((np.zeros(1), ((value[:-1] + 0.5 * rises) * gaps).cumsum()))
     area = areas[i] + 0.5 * (value[i] + height) * (inside - time[i]) + height * (edges - inside)
     way[:] = (np.diff(area) / (SHAPE_STEP * unit) - low) / like[0]
     middle = edges[1:] - 0.5 * SHAPE_STEP * unit
-    near = np.diff(time)[i[1:]] <= max(_GAP * unit, 2.5 * step)
+    near = gaps[i[1:]] <= max(_GAP * unit, 2.5 * step)
     present[:] = (time[0] <= middle) & (middle <= time[-1]) & near
