@@ -30,6 +30,7 @@ _POWERS = np.array([1.0, 1.25, 1.5, 1.85, 2.25, 2.8, 3.4, 4.0])  # powers for an
 _GRADUAL = np.array([1.6, 1.85, 2.1, 2.4, 2.8, 3.3, 4.0])  # powers for a start
 _USUAL, _SPREAD = 1.85, 0.15  # prior of the powers: Student's t with 3 degrees of freedom
 _FLAT = 1e-3  # strokes, least noise of a rise: no drive follows a power law exactly
+_MOST_COLOUR = 0.5  # correlation of neighbours that counts; a counter's steps are more correlated
 _STARTS = 45  # number of starts tried at first, and again between the likely ones
 _UNLIKELY = 1e-4  # share of the greatest likelihood below which a start is dropped
 _MEANS = 80  # means of neighbouring samples that are fitted; more give the same coverage
@@ -91,10 +92,13 @@ class _Rise:
         there = first + np.flatnonzero(~np.isnan(self.travel[first : last + 1]))
         if there.size < FEWEST:
             raise UnusableError("the first motion is not seen: its samples are missing")
+        off = self.travel[there] - self.smooth[there]
+        rho = off[1:] @ off[:-1] / max(off @ off, np.finfo(float).tiny)
+        rho = float(np.clip(rho, 0.0, _MOST_COLOUR))
         every = -(-there.size // _MEANS)
         there = there[there.size % every :].reshape(-1, every)  # to the end, where the rise is
         time, travel = (values[there].mean(axis=1) for values in (self.time, self.travel))
-        variance = max(self.noise, least) ** 2 / every
+        variance = max(self.noise, least) ** 2 * (1.0 + rho) / (1.0 - rho) / every
         return time, travel - travel.mean(), variance
 
 
