@@ -28,7 +28,7 @@ from scipy.optimize import brentq
 
 from breaker.common.randomness import generator
 from breaker.configuration.loading import load
-from breaker.diagnosis.changes import Pair, compare
+from breaker.diagnosis.changes import Pair, compare, parameter_change
 from breaker.diagnosis.estimate import Estimate, Given
 from breaker.diagnosis.reading import read_operations
 from breaker.diagnosis.session import Diagnosis
@@ -231,12 +231,13 @@ def changes(prior: Prior, count: int, records: int = 3) -> pd.DataFrame:
         pair = Pair.of(*(inspection(state, records, rng) for state in (drive, later)))
         both = compare(pair, networks, rng)
         key = "change", "changed" if number % 2 else "unchanged"
-        for row in (item for item in both.rows if item.name in NAMES):
+        for name in filter(both.draws.__contains__, NAMES):
+            row = parameter_change(name, both.draws[name])
             low, _, high = row.change
-            truth = 100.0 * (factors[NAMES.index(row.name)] - 1.0)
+            truth = 100.0 * (factors[NAMES.index(name)] - 1.0)
             inside, reported = low - 1e-9 <= truth <= high + 1e-9, row.changed
             result = truth != 0.0, reported and truth != 0.0, reported and truth == 0.0
-            rows.append((*key, row.name, inside, *result))
+            rows.append((*key, name, inside, *result))
     columns = ["of", "drives", "name", "hold", "truly_changed", "reported", "false"]
     parts = pd.DataFrame(rows, columns=columns).groupby(columns[:3])
     how = {"hold": "mean"} | dict.fromkeys(columns[4:], "sum")
