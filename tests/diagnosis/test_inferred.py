@@ -8,10 +8,12 @@ import pytest
 
 from breaker.diagnosis import inference
 from breaker.diagnosis.estimate import Estimate, Given
+from breaker.diagnosis.limits import judged
 from breaker.diagnosis.reading import _record, read_operations
 from breaker.family.membership import Match
 from breaker.family.networks import StateDraws
 from breaker.model.equations import spring_compression
+from breaker.model.limits import Limit
 from breaker.model.parameters import MOTIONS, NAMES, Size, powers
 from breaker.model.prior import Prior
 from breaker.records.header import Header
@@ -181,6 +183,16 @@ def test_no_draw_has_a_gap_beyond_the_stroke_or_a_contact_beyond_the_rest(answer
     assert inference._possible(
         [replace(answers[1], draws=draws, stroke=np.full(3, stroke))]
     ).tolist() == [True, False, False]
+
+
+@pytest.mark.parametrize(
+    ("name", "code"),
+    [("touch_time", "no-contact-channel-try-model"), ("closing_time", "no-contact-channel")],
+)
+def test_a_limit_without_a_recorded_contact_says_whether_the_model_helps(answers, name, code):
+    limit = Limit("late", "closing", ((name, 9.0, True),), of="record")
+    (row,) = judged(answers[0], [limit], seed=1)
+    assert (row["verdict"], row["reason"].code) == ("inconclusive", code)
 
 
 def test_what_is_missing_is_of_the_motion():

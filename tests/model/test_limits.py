@@ -99,3 +99,6 @@ def test_ranges_of_a_type():
     assert bounds == [*both, ("closing", 9, True), ("closing", 8, False)]
     names = ["closing travel_time", "opening travel_time", "touch_time", "touch_time"]
     assert [record.pair for record in result] == [f"{name} by type" for name in names]
+    for ranges in ({"stroke": ["14 m/s", None]}, {"strok": [1, None]}):
+        with pytest.raises(ValueError, match=r"strok"):
+            entries_of_type(ranges)

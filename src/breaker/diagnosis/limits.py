@@ -78,7 +78,7 @@ def _verdict(sides: Sequence[Limit], find: Callable, key: Sequence) -> Verdict:
     probability, verdict = np.nan, "inconclusive"
     if not reasons:
         shares = [_exceedance(limit, known, key) for limit in sides]
-        probability = min(sum(shares), 1.0)
+        probability = sum(shares)  # the two sides exclude each other
         verdict = VERDICTS[sum(max(shares) > end for end in _ENDS)]
         reasons = [say("bound-inside-interval") if verdict == "inconclusive" else ""]
     if first.pair:
