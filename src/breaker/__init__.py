@@ -4,9 +4,6 @@ docs/development.md is the map of its rooms. A name is imported from the module 
 workflow is in ``Snakefile`` and ``workflow``.
 """
 
-__all__ = ["DISTRIBUTION", "__version__"]
-
-DISTRIBUTION = "breaker-drive"
-"""What pip calls the package; on the package index ``breaker`` is another project."""
+__all__ = ["__version__"]
 
 __version__ = "0.1.0"

@@ -22,12 +22,15 @@ def run(*arguments, **about):
     return subprocess.run([sys.executable, *arguments], check=False, **about)
 
 
-@pytest.mark.parametrize("arguments", [[], ["infer"], ["infer", "--json"], ["learn"]])
-def test_wrong_options_show_the_usage(capsys, arguments):
+@pytest.mark.parametrize(
+    ("arguments", "usage"),
+    [([], ""), (["infer"], " infer"), (["infer", "a.csv", "--jsn"], " infer"), (["learn"], "")],
+)
+def test_wrong_options_show_the_usage(capsys, arguments, usage):
     with pytest.raises(SystemExit) as caught:
         main(arguments)
     assert caught.value.code == 2
-    assert "usage: breaker" in capsys.readouterr().err
+    assert f"usage: breaker{usage} [-h]" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(
@@ -56,7 +59,7 @@ def test_nothing_is_loaded_before_it_is_needed(tmp_path, prior, script, unused):
     ("error", "status", "words"),
     [
         (KeyboardInterrupt(), 130, "breaker: interrupted\n"),
-        (ModuleNotFoundError("No module", name="torch"), 1, "breaker-drive[networks]"),
+        (ModuleNotFoundError("No module", name="torch"), 1, ".[networks]"),
         (PermissionError(13, "Permission denied", "a.csv"), 1, "denied: 'a.csv'"),
         (MemoryError(), 1, "endurance.draws"),
     ],

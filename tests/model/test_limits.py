@@ -43,6 +43,8 @@ def test_limits_that_cannot_be_are_refused():
         {"quantity": "stroke", "reference": 1, "tolerance": 1, "upper": {"stroke": 2}},
         {"quantity": "stroke", "reference": 10, "tolerance": "100 %"},
         {"quantity": "stroke", "reference": "3 %", "tolerance": 3},
+        {"quantity": "stroke", "reference": 10, "tolerance": "3 ms"},
+        {"name": "a", "motion": "closing", "upper": {"stroke": "3 cm"}},
         {"motion": "closing", "upper": {"stroke": 3}},
         {"name": "a", "upper": {"stroke": 3}},
     ):
@@ -75,7 +77,8 @@ def test_probability_of_measured_values():
     ("quantity", "reference", "tolerance", "more", "bounds", "of"),
     [
         ("stroke", 178, 5, {}, [183, 173] * 2, "record"),
-        ("closing_speed", 4.0, "± 2.5 %", {}, [4.1, 3.9], "record"),
+        ("closing_speed", "4.0 m/s", "± 2.5 %", {}, [4.1, 3.9], "record"),
+        ("travel_time", 36, "±2 ms", {"motion": "closing"}, [38, 34], "record"),
         ("L", 10, "+-10%", {"motion": "opening"}, [11, 9], "model"),
         ("f", -3, "15 %", {"of": "change"}, [12, -18], "change"),
     ],

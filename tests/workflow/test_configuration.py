@@ -138,9 +138,13 @@ motions: [closing, closing]
 endurance: {format: {ratio: 1,3}}
     endurance.format[3] is not a known key: Write numbers with a point, such as 1.3
 # limits
-limits: [{name: a, motion: closing, lower: {closing_speed: 1.3 m/s}, tolerance: 3 mm}]
-    limits[0].lower.closing_speed is "1.3 m/s": must be a number in mm, ms or m/s without its unit
-    limits[0].tolerance is "3 mm"
+limits: [{name: a, motion: closing, lower: {closing_speed: fast}, upper: 36 ms, tolerance: mm}]
+    limits[0].lower.closing_speed is "fast"
+    limits[0].upper is "36 ms": must be quantities with values
+    limits[0].tolerance is "mm"
+limits: [{name: a, motion: closing, lower: {closing_speed: 1300 mm/s}}]
+    limits[0] cannot be used: closing_speed is 1300 mm/s
+    m/s
 limits: [{name: a, motion: closing, of: record, lower: {closing velocity: 1}}]
     limits[0] cannot be used
     closing_speed

@@ -63,7 +63,7 @@ def test_tests_run_in_the_locked_environment_and_nothing_else_is_in_it():
         for distribution in metadata.distributions(path=[sysconfig.get_path("purelib")])
     }
     extra = {name for name in installed.keys() - locked().keys() if not lock.CARDS.fullmatch(name)}
-    assert extra == {"pip", breaker.DISTRIBUTION}
+    assert extra == {"pip", "breaker-drive"}
     assert {name: installed.get(name) for name in locked()} == locked()
 
 
@@ -73,7 +73,7 @@ def test_version_is_stated_once_cited_and_in_the_changelog():
     assert project["dynamic"] == ["version"]  # from the package itself
     assert breaker.__version__ == citation["version"]
     assert breaker.__version__ in (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
-    assert project["name"] == breaker.DISTRIBUTION
+    assert project["name"] == "breaker-drive"
     assert project["license"] == citation["license"] == "MIT"
     assert (ROOT / "LICENSE").read_text(encoding="utf-8").startswith("MIT License")
     assert project["scripts"] == {"breaker": "breaker.cli:run"}

@@ -73,5 +73,5 @@ def test_without_the_package_the_remedy_is_named(tmp_path):
     done = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True)
     said = done.stdout + done.stderr
     assert done.returncode == 1
-    assert 'pip install "breaker-drive[workflow]"' in said
+    assert 'pip install ".[workflow]"' in said
     assert "Traceback" not in said

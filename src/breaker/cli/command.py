@@ -9,7 +9,7 @@ import os
 import sys
 from collections.abc import Sequence
 
-from breaker import DISTRIBUTION, __version__
+from breaker import __version__
 from breaker.common.compiling import set_threads
 from breaker.common.text import say
 
@@ -26,7 +26,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
             stream.reconfigure(errors="replace")  # characters that the terminal lacks
     set_threads(1)  # records are small and inferred singly: more threads would only wait
     arguments = sys.argv[1:] if arguments is None else arguments
-    options = parser(arguments[:1]).parse_args(arguments)
+    options, unknown = parser(arguments[:1]).parse_known_args(arguments)
+    if unknown:
+        options.command.error(f"unknown arguments: {' '.join(unknown)}")
     if not sys.stderr.isatty():
         os.environ.setdefault("TQDM_DISABLE", "1")  # progress bars only on a terminal
     logging.getLogger("breaker").setLevel(logging.ERROR)  # results state reasons of warnings
@@ -42,7 +44,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 141
     except ModuleNotFoundError as error:
-        remedy = f'run `pip install "{DISTRIBUTION}[{_EXTRAS.get(error.name, "workflow")}]"`'
+        extra = _EXTRAS.get(error.name, "workflow")
+        remedy = f'run `pip install ".[{extra}]"` in a clone of the project'
         fault = f"missing in the environment of {sys.executable}: {error.name}; {remedy}"
     except MemoryError:
         fault = "out of memory; name fewer files or channels, or lower endurance.draws"
@@ -71,7 +74,7 @@ def parser(named: Sequence[str] = ()) -> argparse.ArgumentParser:
         module = importlib.import_module(f"breaker.cli.{name.replace('-', '_')}")
         about = module.__doc__.removesuffix(".").partition("`: ")[2]
         command = commands.add_parser(name, help=about, description=module.add.__doc__)
-        command.set_defaults(run=module.run)
+        command.set_defaults(run=module.run, command=command)
         module.add(command)
         command.add_argument("--config", metavar="YAML", help=what, **SEVERAL)
     return made

@@ -10,7 +10,6 @@ import webbrowser
 from contextlib import suppress
 from pathlib import Path
 
-from breaker import DISTRIBUTION
 from breaker.cli.inputs import limits_of, settings_of
 from breaker.common.text import say
 
@@ -32,7 +31,9 @@ def add(view: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Serve the page until the user ends it."""
     if not importlib.util.find_spec("tornado"):
-        raise ValueError(f'the page needs tornado: pip install "{DISTRIBUTION}[app]"')
+        raise ValueError(
+            'the page needs tornado: run `pip install ".[app]"` in a clone of the project'
+        )
     if options.example and options.folder:
         raise ValueError("--example shows exports of its own; leave it out, or the folder")
     config = settings_of(options.config)  # raises errors before a page opens

@@ -13,6 +13,7 @@ from typing import Annotated, Any, Literal
 from pydantic import (
     AfterValidator,
     BaseModel,
+    BeforeValidator,
     ConfigDict,
     Field,
     RootModel,
@@ -68,13 +69,15 @@ def _list(entry: Any, least: int, most: int) -> Any:
     return Annotated[list[entry], Field(min_length=least, max_length=most)]
 
 
-def _where(kind: Any, holds: Callable[[Any], object], text: str) -> Any:
+def _where(
+    kind: Any, holds: Callable[[Any], object], text: str, when: type = AfterValidator
+) -> Any:
     def check(value: Any) -> Any:
         if not holds(value):
             raise ValueError(text)
         return value
 
-    return Annotated[kind, AfterValidator(check)]
+    return Annotated[kind, when(check)]
 
 
 Motion = Literal["closing", "opening"]
@@ -88,13 +91,17 @@ Points = _list(_text(100), 2, 2)
 _SPEED = r"^(closing|opening)_speed(_[a-z0-9_]+)?$"
 SpeedName = _form(100, _SPEED, "closing_speed or opening_speed, or one of these with _ and a name")
 Speeds = Annotated[dict[SpeedName, Points | None], AfterValidator(speeds_of)]
-_PERCENTAGE = r"^[+-]?[0-9]{1,4}(\.[0-9]{1,6})? ?%$"
-_BOUND = "a number in mm, ms or m/s without its unit, or a percentage with of: change"
-Bound = _form(40, _PERCENTAGE, _BOUND, Amount)
-Quantity = _form(40, r"^[+-]?[0-9]+(\.[0-9]+)? \S+$", "a number and its unit, such as 14.1 mm")
-_TOLERANCE = r"^(±|\+/?-)? ?[0-9]{1,6}(\.[0-9]{1,6})? ?%?$"
+_QUANTITY = r"^[+-]?[0-9]{1,6}(\.[0-9]{1,6})?( \S+| ?%)$"
+Quantity = _form(40, _QUANTITY, "a number, or one with its unit, such as 14.1 mm or +15 %", Amount)
+_IN_TYPE = "must be the least and largest value, such as [13.5 mm, 15 mm] or [13.5 mm, null]"
+Range = _where(
+    _list(Quantity | None, 2, 2), lambda e: isinstance(e, list), _IN_TYPE, BeforeValidator
+)
+_IN_LIMIT = "must be quantities with values, such as {travel_time: 12 ms}"
+Bounds = _where(dict[str, Quantity], lambda e: isinstance(e, dict), _IN_LIMIT, BeforeValidator)
+_TOLERANCE = r"^(±|\+/?-)? ?[0-9]{1,6}(\.[0-9]{1,6})?( \S+| ?%)?$"
 _POSITIVE = _number(float, high=1e6, gt=0)
-Tolerance = _form(20, _TOLERANCE, "a number, or a text such as 3 % or ±0.4", _POSITIVE)
+Tolerance = _form(20, _TOLERANCE, "a number, or a text such as 3 % or ±0.4 mm", _POSITIVE)
 Text = _text()
 Unit = Literal["mm", "cm", "m", "um", "inch", "deg", "rad", "V", "counts", "%"]
 Stroke = _list(_number(float, high=1000, gt=0), 2, 2)
@@ -174,10 +181,10 @@ Limit = _section(
     name=(_form(100, r"^[^;\x00-\x1f\x7f-\x9f]+$", "a text on one line without ;"), ""),
     motion=(Motion, "closing"),
     of=(Literal["model", "record", "change"], "model"),
-    upper=(dict[str, Bound], {}),
-    lower=(dict[str, Bound], {}),
+    upper=(Bounds, {}),
+    lower=(Bounds, {}),
     quantity=(_text(100), ""),
-    reference=(Bound, 0.0),
+    reference=(Quantity, 0.0),
     tolerance=(Tolerance, 1.0),
 )
 
@@ -352,7 +359,7 @@ def defaults(section: type[Section] = Settings) -> dict[str, Any]:
 
 TypeEntry = _section(
     "Limits, speeds, linkage ratio and reference record of a type of breaker.",
-    limits=(dict[str, _list(Amount | Quantity | None, 2, 2)], {}),
+    limits=(dict[str, Range], {}),
     speeds=(Speeds, {}),
     ratio=(_number(float, 1e-6, 1e6) | None, None),
     reference=(Text | None, None),

@@ -320,7 +320,7 @@ def document_of(
     warnings = [*grouped((("", note) for note in result["warnings"]), ()), *doubts]
     summary = [Cell(f"WARNING: {text}", "bad") for text in dict.fromkeys(warnings)]
     parts, after = ([e for e in tables if e.rows or e.notes] for tables in (parts, after))
-    summary.append(verdict_of(result))
+    summary += [verdict_of(result)] if accepted(result) else []
     return Document("Diagnosis", summary=summary, parts=parts, after=after)
 
 

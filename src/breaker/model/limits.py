@@ -84,9 +84,9 @@ class Limit:
         if "name" not in entry:
             raise ValueError("a limit has no name. Give it one.")
         parts = tuple(
-            (quantity, _number(entry, value), side == "upper")
+            (name, _number(name, value, _unit(entry, name, speeds)), side == "upper")
             for side in ("upper", "lower")
-            for quantity, value in entry.get(side, {}).items()
+            for name, value in entry.get(side, {}).items()
         )
         more = {key: entry[key] for key in ("of", "pair") if key in entry}
         return cls(entry["name"], entry.get("motion", ""), parts, speeds, **more)
@@ -210,8 +210,8 @@ def entries_of_type(
     every, entries = quantities(speeds), []
     for key, ends in ranges.items():
         first, _, name = key.rpartition(" ")
-        unit = every[name].unit if name in every else None
-        low, high = (_in_unit(key, end, unit) for end in ends)
+        unit = _unit({}, name, speeds)
+        low, high = (_number(key, end, unit) for end in ends)
         motions = [first] if first else every[name].motions if name in every else MOTIONS
         if (None not in (low, high) and not low < high) or low is high is None:
             raise ValueError(f"{key}: from {low} to {high} allows nothing or all. Correct an end.")
@@ -227,16 +227,6 @@ def entries_of_type(
     return entries
 
 
-def _in_unit(key: str, end: float | str | None, unit: str | None) -> float | None:
-    """Return an end of a range as a number; raise a ValueError if its unit is not ``unit``."""
-    if not isinstance(end, str):
-        return end
-    number, _, stated = end.partition(" ")
-    if unit is not None and stated != unit:
-        raise ValueError(f"{key} is {end}, but its unit is {unit}. Convert the number.")
-    return float(number)
-
-
 def _band(entry: Mapping[str, Any], speeds: Sequence[Speed]) -> Iterator[dict[str, Any]]:
     """Yield an entry with a reference and a tolerance as two entries with upper and lower."""
     name = entry.get("name", entry.get("quantity", "a limit"))
@@ -245,9 +235,10 @@ def _band(entry: Mapping[str, Any], speeds: Sequence[Speed]) -> Iterator[dict[st
     quantity = entry["quantity"]
     known = quantities(speeds).get(quantity)
     about = {"of": "record" if known and "record" in known.of else "model", **entry}
-    middle, text = _number(about, entry["reference"]), str(entry["tolerance"]).lstrip("±+/- ")
-    amount = float(text.removesuffix("%"))
+    unit = _unit(about, quantity, speeds)
+    middle, text = _number(name, entry["reference"], unit), str(entry["tolerance"]).lstrip("±+/- ")
     of_middle = text.endswith("%") and about["of"] != "change"
+    amount = _number(f"{name}: tolerance", text, "%" if of_middle else unit)
     width = amount * abs(middle) / 100.0 if of_middle else amount
     if not width > 0.0 or (of_middle and amount >= 100.0):
         raise ValueError(f"{name}: tolerance is {text}. Write one above 0 and below 100 %.")
@@ -260,10 +251,21 @@ def _band(entry: Mapping[str, Any], speeds: Sequence[Speed]) -> Iterator[dict[st
         yield common | {"name": f"{pair} low", "lower": {quantity: middle - width}}
 
 
-def _number(entry: Mapping[str, Any], value: float | str) -> float:
-    """Return a value of an entry as a number; allow a percent sign only in a limit on a change."""
-    text = str(value)
-    if text.endswith("%") and entry.get("of") != "change":
-        name = entry.get("name", entry.get("quantity"))
-        raise ValueError(f"{name}: {text} needs of: change. Write the value in its unit.")
-    return float(text.removesuffix("%"))
+def _unit(entry: Mapping[str, Any], name: str, speeds: Sequence[Speed]) -> str | None:
+    """Return the unit of a quantity in an entry; None if the quantity is not known."""
+    known = quantities(speeds).get(name)
+    return "%" if entry.get("of") == "change" else known and known.unit
+
+
+def _number(key: str, value: float | str | None, unit: str | None) -> float | None:
+    """Return a value, as 178 or "178 mm", as a number; raise a ValueError if it states a unit other
+    than ``unit``.
+    """
+    if not isinstance(value, str):
+        return value
+    number = value.rstrip("%").partition(" ")[0]
+    stated = value.removeprefix(number).strip()
+    if unit is not None and stated not in ("", unit):
+        remedy = "A percentage needs of: change" if stated == "%" else "Convert the number"
+        raise ValueError(f"{key} is {value}, but its unit is {unit}. {remedy}.")
+    return float(number)

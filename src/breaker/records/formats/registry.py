@@ -15,7 +15,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from breaker import DISTRIBUTION
 from breaker.records.files import Opened, RejectedCurveError, as_opened
 from breaker.records.formats import text
 from breaker.records.header import Header
@@ -193,7 +192,7 @@ def _sheets(opened: Opened, form: Mapping) -> Sequence[Sheet]:
             raise
         reason = f"that cannot be read ({str(error)[:200]}); is it complete? Export it again"
         if isinstance(error, ModuleNotFoundError):
-            extra = f"{DISTRIBUTION}[{format_.extra}]"
-            reason = f'which needs {error.name}: pip install "{extra}"'
+            remedy = f'run `pip install ".[{format_.extra}]"` in a clone of the project'
+            reason = f"which needs {error.name}: {remedy}"
         raise RejectedCurveError(file, f"is {kind}, {reason}") from error
     return [replace(sheet, kind=kind or sheet.kind) for sheet in sheets]

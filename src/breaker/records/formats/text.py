@@ -88,9 +88,12 @@ def _sheet_of(file: str | Path, text: str, settings: Mapping) -> Sheet:
         if fits(first) and 4 * sum(map(fits, run)) >= 3 * len(run):
             break
     else:
-        reason = "has no columns of numbers; is it a text of measurements?"
-        remedy = "See endurance.format.delimiter and decimal, or breaker inspect FILE"
-        raise RejectedCurveError(file, f"{reason} {remedy}" if full else "is empty")
+        reason = "has no columns of numbers"
+        remedy = "is it a text of measurements? Export a table with a line for each sample"
+        if signs_of(_some_lines(text)) != (delimiter, settings["decimal"]):
+            reason += f" with endurance.format.delimiter {delimiter!r}"
+            remedy = "`breaker inspect FILE --output my.yaml` proposes settings"
+        raise RejectedCurveError(file, f"{reason}; {remedy}" if full else "is empty")
     preamble, width = [cells_of(lines[i], delimiter) for i in full[:above]], max(map(len, body))
     names, units = _pop_names(preamble, width, settings)
     if delimiter == " ":  # blanks also separate words of the preamble
