@@ -3,10 +3,12 @@
 import numpy as np
 import pytest
 
+from breaker.configuration.loading import merge
 from breaker.diagnosis.curves import overlaid
 from breaker.diagnosis.reading import read_operations
+from breaker.diagnosis.session import Diagnosis
 from breaker.family.endurance import write_curve
-from breaker.records.named import ANY
+from breaker.records.named import ANY, Choice
 from breaker.records.operations import Operation
 
 DURATION = 20.0  # ms, of a good motion
@@ -54,6 +56,24 @@ def test_a_file_that_states_its_only_motion_has_no_other_one(tmp_path):
         file.write_text(f"Operation: {stated}\n{rows}")
         (one,) = read(operation)
         assert (one.motion, bool(one.reason)) == ("closing", rejected)
+
+
+def test_a_pole_that_stands_still_is_a_rejected_record(tmp_path, defaults):
+    file, way = tmp_path / "a.csv", ramp(50.0)
+    rng = np.random.default_rng(2)
+    travels = [share * way + 0.01 * rng.standard_normal(way.size) for share in (1.0, 0.0, 0.0)]
+    rows = np.column_stack([TIME / 1e3, *travels, way > 7.0, way > 7.0, 0.0 * way])
+    names = "Time (s),Travel R (mm),Travel S (mm),Travel T (mm),Contact R,Contact S,Contact T"
+    np.savetxt(file, rows, "%.4f", ",", header=names, comments="")
+    form = {"time_column": "Time", "travel_column": "Travel R"}
+    limits = [{"name": "a", "motion": "closing", "lower": {"stroke": 13.0}}]
+    config = merge(defaults, {"endurance": {"format": form, "draws": 60}})
+    report = Diagnosis(config, limits).of_files([file], Choice(every=True)).result
+    assert {(e.get("phase"), e["accepted"]) for e in report["records"]} == {("R", 1), ("S", 0)}
+    assert report["verdict"] == "pass"
+    assert [warning.code for warning in report["warnings"]] == ["rejected-not-judged"]
+    (alone,) = Diagnosis(config).of_files([file], Choice(phase="S")).records
+    assert str(file) in alone.reason
 
 
 # ---- records over a good one ---------------------------------------------------------------------

@@ -110,3 +110,27 @@ def test_rows_above_the_columns_state_which_contact_belongs_to_which_travel():
     assert first["current_column"] == "DCRM Current CH2 in Amp"
     assert second["contact_column"] == "DCRM Res CH4"
     assert not any("contact_column" in one["closing"] for one in paired(columns, travels=2))
+
+
+@pytest.mark.parametrize(
+    ("names", "switching", "expected"),
+    [
+        ("R S T", "R S T", "S"),
+        ("R S T", "R T", ""),  # an unused channel
+        ("1 2 3", "1 2 3", "2"),
+        ("1 2 3 4", "1 2 3 4", ""),  # a second break of a pole
+    ],
+)
+@pytest.mark.parametrize("share", [0.0, 0.05, np.nan])
+def test_a_pole_whose_contact_alone_switches(names, switching, expected, share):
+    """Planted fault: a column without samples was not recorded."""
+    still = names.split()[1 if expected or "S" in names else 3]
+    columns = {f"Travel {n} (mm)": RISES * (share if n == still else 1.0) for n in names.split()}
+    columns |= {f"Contact {n}": SIGNAL * (n in switching.split()) for n in names.split()}
+    sheet = Sheet("a.csv", [*columns], [*columns.values()])
+    course, numbers = Course(TIME, RISES), range(len(names.split()))
+    phases = dict(enumerate("RST")) if "R" in names else {}
+    moving = [Travel(k, "mm", course, phases.get(k, "")) for k in numbers]
+    moving = [travel for travel in moving if names.split()[travel.place] != still]
+    found = [sheet.names[travel.place] for travel, _ in Wiring(sheet, moving).still_poles(1)]
+    assert found == [f"Travel {expected} (mm)"] * bool(expected and share == share)

@@ -291,7 +291,8 @@ def rejected_table(result: Result) -> Table:
     for record in result["records"]:
         if not record["accepted"]:
             reason = record["reason"].text.removeprefix(f"{record['file']}: ")
-            reasons.setdefault(reason, {})[record["file"]] = None
+            name = f"{record['file']} {record.get('phase', '')}".strip()
+            reasons.setdefault(reason, {})[name] = None
     notes = [f"{first_of([*files], 3)}: {reason}" for reason, files in reasons.items()]
     return Table(title="Rejected records", notes=notes)
 

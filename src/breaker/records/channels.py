@@ -32,6 +32,7 @@ _UNEVEN = 0.2  # largest variation of even steps, as a share of a step: from rou
 _OSCILLATES = 6  # largest number of motions of a drive: no sequence of IEC 62271-100 has more
 _COIL = 20.0  # A, largest current of a coil; tests of resistance use more
 _LENGTHS = (*TO_MM, "deg", "rad")  # units that only travels have
+_READINGS = (None, *_LENGTHS, "V", "counts", "%")  # units that a travel may have
 _KINDS = ("contact", "resistance")  # kinds of contact columns, the preferred one first
 
 _LABELS = {key: words.any_of(spelt) for key, spelt in words.WORDS["labels"].items()}
@@ -189,14 +190,19 @@ def _find_travels(sheet: Sheet, clock: Clock) -> tuple[list[Travel], bool]:
     """
     step, travels, others = 1.0 / min(clock.likely_rate, RATES[1]), [], []
     for place, (name, unit) in enumerate(zip(sheet.names, sheet.units, strict=True)):
-        named = unit in _LENGTHS or holds(name, "travel")
-        possible = unit in (None, *_LENGTHS, "V", "counts", "%") and place != clock.place
+        named, possible = _is_named(sheet, place), unit in _READINGS and place != clock.place
         if possible and (named or not holds(name, "of no travel")):
             reading = np.where(np.isfinite(sheet.columns[place]), sheet.columns[place], np.nan)
             course = Course(step * np.arange(reading.size), reading)
             travel = Travel(place, unit, course, words.phase_in(name))
             (travels if named else others).extend([travel] * travel.is_of_drive())
     return travels or others, bool(travels)
+
+
+def _is_named(sheet: Sheet, place: int) -> bool:
+    """Return whether the name or the unit of a column states that it is a travel."""
+    unit = sheet.units[place]
+    return unit in _LENGTHS or (unit in _READINGS and holds(sheet.names[place], "travel"))
 
 
 def _clear(ranges: Mapping) -> list:
@@ -280,6 +286,26 @@ class Wiring:
                 columns = {key: sheet.column(places[0]) for key, places in taken.items() if places}
                 matched[-1][motion] = columns
         return matched
+
+    def still_poles(self, sign: int) -> list[tuple[Travel, Mapping]]:
+        """Return the travels of other poles that stand still while their contacts switch, with the
+        course of the first travel, and what ``paired`` gives. Without phases, a travel counts only
+        beside two that move: others may be unused channels.
+        """
+        sheet, places = self.sheet, {travel.place for travel in self.travels}
+        phases = {travel.phase for travel in self.travels}
+        still = [
+            replace(self.travels[0], place=i, phase=words.phase_in(name))
+            for i, name in enumerate(sheet.names)
+            if i not in places and _is_named(sheet, i) and _is_long(sheet.columns[i])
+        ]
+        every = _with_phases(sheet, sorted([*self.travels, *still], key=lambda e: e.place))
+        known = set() if [*phases] == [""] and len(self.travels) == 2 else phases | {""}
+        if all(e.place in places or e.phase in known for e in every):
+            return []
+        paired = zip(every, Wiring(sheet, every).paired(sign), strict=True)
+        poles = [(e, of) for e, of in paired if e.place not in places and e.phase not in known]
+        return [(e, of) for e, of in poles if any("contact_column" in p for p in of.values())]
 
     def _contact(self, order: int, motion: str, k: int) -> list[int]:
         """Return the contact of a travel in motion k; none where the choice is ambiguous.

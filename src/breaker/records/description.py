@@ -93,6 +93,7 @@ class Findings:
         lacking, doubts: Meanings of keys without a value, and doubts about values, by key.
         sure: Whether text, names or contacts state the sign, and not only the curve.
         paired: Columns that belong to each travel of ``every``, by motion and key of the settings.
+        still: As of ``Wiring.still_poles``.
     """
 
     sheet: Sheet
@@ -105,6 +106,7 @@ class Findings:
     doubts: dict[str, list[str]] = field(default_factory=lambda: defaultdict(list))
     sure: bool = True
     paired: Sequence[Mapping[str, Mapping[str, str | int]]] = ()
+    still: Sequence[tuple[Travel, Mapping]] = ()
 
     def motions(self) -> list[InspectedMotion]:
         """Return the motions of the travels; motions of one kind are separated by their parts."""
@@ -201,6 +203,9 @@ def _find_sign(findings: Findings) -> None:
     findings.settings["sign"] = 1 if (first != "opening") == travel.rises[0] else -1
     findings.sure = bool(stated or shown) and len(seen) == 1
     findings.paired = wiring.paired(findings.settings["sign"])
+    findings.still = wiring.still_poles(findings.settings["sign"])
+    still = (repr(findings.sheet.column(travel.place)) for travel, _ in findings.still)
+    findings.remarks += [f"{column}: stands still, while its contact switches" for column in still]
     paired = [columns["closing"] for columns in findings.paired]
     if wiring.contacts and not all("contact_column" in columns for columns in paired):
         columns = map(findings.sheet.column, wiring.contacts)
@@ -235,7 +240,8 @@ def _first_by_curve(travel: Travel) -> set[str]:
 def travel_channels(
     file: str | Path | Opened, usual: str | int = ""
 ) -> dict[str, tuple[str, Mapping[str, Mapping[str, str | int]]]]:
-    """Return the name of the channel, and the columns that belong to it, by column of travel.
+    """Return the name of the channel, and the columns that belong to it, by column of travel, also
+    for poles that stand still.
 
     The columns are from the first sheet, or from the sheet with the column ``usual``. The name is
     the phase if the file states one for each channel; otherwise it is the column.
@@ -243,10 +249,12 @@ def travel_channels(
 
     def channels() -> dict[str, tuple[str, Mapping]]:
         findings = look_at(opened, usual=usual)
-        columns = [str(findings.sheet.column(travel.place)) for travel in findings.every]
-        phases = [travel.phase for travel in findings.every]
+        both = [*zip(findings.every, findings.paired, strict=True), *findings.still]
+        travels, paired = zip(*both, strict=True)
+        columns = [str(findings.sheet.column(travel.place)) for travel in travels]
+        phases = [travel.phase for travel in travels]
         names = phases if all(phases) and len({*phases}) == len(phases) else columns
-        return dict(zip(columns, zip(names, findings.paired, strict=True), strict=True))
+        return dict(zip(columns, zip(names, paired, strict=True), strict=True))
 
     opened = as_opened(file)
     return opened.once(("channels", *look_into(opened, usual).names), channels)
