@@ -171,7 +171,7 @@ def test_poles_in_files_of_their_own_stand_side_by_side(inspection, most, verdic
     config = settings("poles.yaml", form, report={"simultaneity": {"closing": most}})[1]
     assert report("0.csv", "1.csv", "2.csv", "--output", "a.html", config=config) == 0
     page = page_of()
-    assert page.count("<th>± 95 %</th>") == 1
+    assert page.count("<th>± 95 %, widest</th>") == 1
     assert "<th>R</th><th>Y</th><th>B</th>" in page
     assert f"{verdict}: " in page
     # Each file has the coil later by 4 ms: that is no difference of poles.

@@ -5,6 +5,7 @@ import pytest
 from scipy.stats import norm
 
 from breaker.diagnosis.limits import NORMAL, interval_of, judge, simultaneity_of
+from breaker.diagnosis.tables import limits_table, simultaneity_in_words
 from breaker.model.limits import Limit
 from breaker.records.measurements import Measured
 
@@ -64,6 +65,13 @@ def test_a_bound_in_another_unit_is_doubted(factor, doubt):
             assert (code == "limit-in-other-unit") == doubt
 
 
+def test_a_row_of_several_poles_shows_one_value_and_names_its_pole():
+    values = {"R": 12.5, "S": 13.5, "T": 5.0}.items()
+    rows = [(pole, verdict(value, ("upper", 10.0))) for pole, value in values]
+    ((_, result, value, interval, *_),) = limits_table(rows).rows
+    assert (result, value, interval) == ("FAIL (R, S)", "13.5 (S)", "11.54 to 15.46")
+
+
 def test_an_unknown_quantity_is_inconclusive_with_its_reason():
     limit = Limit("slow", "closing", (("stroke", 1.0, True),), of="record")
     (row,) = judge([limit], lambda *_: Measured(np.nan, np.nan, "hidden"), 1)
@@ -88,6 +96,9 @@ def test_poles_in_one_record_share_its_clock():
     words = [simultaneity_of(POLES, {"closing": most})["verdict"] for most in (4.5, 2.0)]
     assert words == ["inconclusive", "fail"]
     assert "verdict" not in simultaneity_of(POLES, {"closing": None, "opening": 1.0})
+    for last, ordered in (("S", True), ("R", False)):
+        words = simultaneity_in_words({**result, "last": last})
+        assert ("R first" in words) == ordered
 
 
 def test_poles_in_several_files_count_from_their_triggers():

@@ -117,6 +117,7 @@ def folder(tmp_path_factory):
     line(curves / "line.csv")
     line(curves / "bare.csv", "reading")
     (curves / "<img src=x onerror=alert(1)>.csv").write_text("<script>alert(2)</script>")
+    (curves / "arrays.nc").touch()
     (place / "few.yaml").write_text("endurance: {draws: 50}")
     return place
 

@@ -28,6 +28,7 @@ def test_the_list_groups_poles_and_links_each_inspection_with_the_one_before(ask
     groups = [re.findall(r' data-query="(.*?)"', item) for item in listed.split("<tbody>")]
     trips = "&".join(f"file=trip_{phase}.csv" for phase in "BRY")
     assert ["file=one.csv&before=old.csv", "file=old.csv"] in groups  # the newest first
+    assert "arrays.nc" in listed  # a format that is not read
     assert [f"{TODAY}&{trips.replace('file', 'before')}", trips] in groups
 
 
@@ -67,6 +68,7 @@ def test_a_limit_can_be_set_on_each_quantity_of_the_form(ask):
     form = ask(f"/inspection?{TODAY}").partition('id="limit"')[2].partition("</form>")[0]
     names = re.findall('<option value="(.*?)">', form)
     assert {"closing stroke", "opening stroke", "closing_speed", "opening_over_travel"} <= {*names}
+    assert "closing speed (m/s)</option>" in form
     for name in names:
         assert ask.set("T", name, "1") != REFUSED
 
@@ -130,6 +132,7 @@ def test_a_file_that_cannot_be_read_has_a_form_to_decide(ask, rate):
         assert value(ask, query, "travel time") == pytest.approx(24.0, rel=1e-3)
     else:
         assert 'id="verdict" class="unread"' in text
+        assert "Sampling rate (kHz)" in ask(f"/verdict?{query}")["text"]
         assert ask(f"/sheet?{query}") == REFUSED
 
 

@@ -31,9 +31,7 @@ def add(view: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Serve the page until the user ends it."""
     if not importlib.util.find_spec("tornado"):
-        raise ValueError(
-            'the page needs tornado: run `pip install ".[app]"` in a clone of the project'
-        )
+        raise ValueError('the page needs tornado: run `pip install ".[app]"` in a clone')
     if options.example and options.folder:
         raise ValueError("--example shows exports of its own; leave it out, or the folder")
     config = settings_of(options.config)  # raises errors before a page opens

@@ -3,8 +3,6 @@
 import re
 from collections.abc import Collection, Iterable, Mapping, Sequence
 
-import numpy as np
-
 from breaker.common.document import Cell, Document, Table
 from breaker.common.numerals import distinct, first_of, in_digits, in_p
 from breaker.common.plain_values import Note, note_of
@@ -124,7 +122,8 @@ def measured_table(title: str, records: Sequence[RecordResult]) -> Table:
         halves = [e["interval_95"][1] - e["median"] for e in values if "interval_95" in e]
         if halves:
             rows.append((name, unit, *map(_value_cell, values), in_digits(max(halves), 2)))
-    head = ["", "unit", *(record.get("phase", "value") for record in records), "± 95 %"]
+    head = ["", "unit", *(record.get("phase", "value") for record in records)]
+    head.append("± 95 %, widest" if len(records) > 1 else "± 95 %")
     return Table(head, rows, title, _notes(records))
 
 
@@ -165,7 +164,7 @@ def _notes(records: Sequence[RecordResult]) -> list[str]:
 
 def limits_table(limits: Iterable[tuple[str, Verdict]]) -> Table:
     """Return a row for each quantity of each limit, from pairs of phase and verdict: the worst
-    verdict with its poles or their number, the median of their values and their common interval.
+    verdict with its poles or their number, and the values of the most probable exceedance.
     """
     groups: dict[tuple, list[tuple[str, Verdict]]] = {}
     for phase, limit in limits:
@@ -179,15 +178,17 @@ def limits_table(limits: Iterable[tuple[str, Verdict]]) -> Table:
         text = concerned(RESULTS[verdict], [phase for phase, _ in deciding], phases)
         if len(group) > len(phases):
             text = f"{RESULTS[verdict]} {len(deciding)} of {len(group)}"
-        for parts in zip(*(limit["parts"] for _, limit in deciding), strict=True):
-            known = [part for part in parts if part["value"] is not None]
-            ends = [end for part in known for end in part["interval_95"]]
-            value = in_digits(np.median([part["value"] for part in known]), 4) if known else _NONE
-            pairs = zip(("from", "up to"), parts[0]["bounds"], strict=True)
+        phase, shown = max(deciding, key=lambda pair: pair[1]["p_exceeded"] or 0.0)
+        for part in shown["parts"]:
+            cells = _NONE, ""
+            if part["value"] is not None:
+                value = concerned(in_digits(part["value"], 4), [phase], phases)
+                cells = value, _range(part["interval_95"])
+            pairs = zip(("from", "up to"), part["bounds"], strict=True)
             bounds = (f"{word} {in_digits(bound, 4)}" for word, bound in pairs if bound is not None)
-            passes = " ".join([parts[0]["quantity"], *bounds])
-            cells = value, _range([min(ends), max(ends)]) if ends else "", passes
-            rows.append((name, Cell(text, RESULTS[verdict].tone), *cells, _unit(parts[0]["unit"])))
+            passes = " ".join([part["quantity"], *bounds])
+            verdict_cell = Cell(text, RESULTS[verdict].tone)
+            rows.append((name, verdict_cell, *cells, passes, _unit(part["unit"])))
         reasons = [(phase, limit["reason"]) for phase, limit in group if limit["reason"]]
         doubts += [(phase, Note("", f"{name} is inconclusive: {why}")) for phase, why in reasons]
         notes += [f"{name} fails where {words}"] * (len(group[0][1]["parts"]) > 1)
@@ -204,7 +205,8 @@ def simultaneity_in_words(poles: Mapping) -> Cell:
     if "reason" in poles:
         return Cell(poles["reason"].text, "doubt")
     half, event = NORMAL[95] * poles["sd"], EVENTS[poles["motion"]]
-    text = say(f"simultaneity-of-{poles['base']}", half=half, event=event, **poles)
+    order = "" if poles["first"] == poles["last"] else say("simultaneity-order", **poles)
+    text = say(f"simultaneity-of-{poles['base']}", half=half, event=event, order=order, **poles)
     if "verdict" not in poles:
         return Cell(text)
     result = RESULTS[poles["verdict"]]

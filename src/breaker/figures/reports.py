@@ -199,7 +199,7 @@ def _channel(axis: Axes, estimate: "Estimate", colour: str) -> None:
     triangle, circle = {"marker": "v", "ms": 6}, {"marker": "o", "ms": 5, "mfc": face}
     marks = [(moves, "first detected motion", triangle), (contact.time, event, circle)]
     marks += [(end, "ends of the speed zone", {"marker": "s", "ms": 3}) for end in zone]
-    for instant, label, look in marks:
+    for instant, label, look in (mark for mark in marks if np.isfinite(mark[0])):
         level = np.interp(instant, time[known], travel[known])
         axis.plot(instant, level, color=colour, ls="", zorder=4, label=label, **look)
     for level in (raw.segment.before, raw.segment.after):

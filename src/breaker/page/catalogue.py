@@ -2,6 +2,7 @@
 
 import os
 from collections.abc import Iterable, Mapping
+from itertools import islice
 from pathlib import Path
 from typing import NamedTuple
 
@@ -10,6 +11,7 @@ from breaker.page.choices import id_of, name_of
 from breaker.records.dates import one_date
 from breaker.records.description import Description
 from breaker.records.folder import record_files
+from breaker.records.formats.registry import UNREAD
 from breaker.records.operations import MANIFEST
 from breaker.records.words import motions_in, phases_in_names
 
@@ -57,6 +59,12 @@ def find_files(folder: Path) -> dict[str, str]:
         if len(files) > MOST:
             break
     return dict([*files.items()][:MOST])
+
+
+def unread_files(folder: Path) -> list[str]:
+    """Return the names of files in a folder and its subfolders whose format is not read."""
+    names = (name for _, _, names in islice(os.walk(folder), MOST) for name in names)
+    return [name for name in names if Path(name).suffix.lower() in UNREAD]
 
 
 def inspections_of(

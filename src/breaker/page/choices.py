@@ -6,13 +6,15 @@ same page.
 
 import json
 import os
+import re
 from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, get_args
 from urllib.parse import quote, unquote_to_bytes, urlencode
 
+from breaker.configuration.settings import Unit
 from breaker.diagnosis.estimate import DriveRecord
 from breaker.records.proposal import Proposal
-from breaker.records.settings import FORMAT, TO_MM, TO_MS
+from breaker.records.settings import FORMAT, TO_MS
 from breaker.records.sheet import Sheet
 
 _SET = "set."
@@ -34,11 +36,21 @@ LABELS = {
 
 _OPTIONS = {
     "time_unit": {unit: unit for unit in TO_MS},
-    "travel_unit": {unit: unit for unit in (*TO_MM, "deg", "V", "mV", "%")},
+    "travel_unit": {unit: unit for unit in get_args(Unit)},
     "sign": {1: "closes", -1: "opens"},
     "decimal": {".": "point", ",": "comma"},
 }
 _NO_COLUMN = {"travel_column": "every column that moves", "time_column": "none: use the rate"}
+
+
+def labelled(text: str) -> str:
+    """Return a text with the names on the page for keys of ``endurance.format``.
+
+    >>> labelled("endurance.format.rate is -3")
+    "'Sampling rate (kHz)' is -3"
+    """
+    name = lambda key: repr(LABELS[key[1]]) if key[1] in LABELS else key[0]  # noqa: E731
+    return re.sub(r"endurance\.format\.(\w+)", name, text)
 
 
 class Choices(NamedTuple):

@@ -13,7 +13,7 @@ from breaker.configuration.loading import check, merge
 from breaker.diagnosis.report import read_inspection
 from breaker.diagnosis.session import Diagnosis
 from breaker.page.catalogue import MOST, Inspection, find_files, inspections_of
-from breaker.page.choices import Choices, SettingRow, id_of, rows_of
+from breaker.page.choices import Choices, SettingRow, id_of, labelled, rows_of
 from breaker.page.types import read_types
 from breaker.records.description import Description, describe_file
 from breaker.records.files import Files, printable
@@ -136,7 +136,7 @@ class Session:
             about["of_type"] = name if entry is not None else ""
             diagnosis = read_inspection(config, self.limits, files, **about)
         except (ValueError, OSError) as error:
-            trouble = str(error)
+            trouble = labelled(str(error))
         rows = rows_of(base, chosen, proposal, sheet, diagnosis.records if diagnosis else ())
         remarks = proposal.remarks if proposal else ()
         return Shown(choices, name, overlay, rows, remarks, trouble, diagnosis)

@@ -7,6 +7,7 @@ server, so tests call it without one.
 import os
 from collections.abc import Mapping, Sequence
 from functools import cache
+from pathlib import Path
 from typing import NamedTuple
 
 import jinja2
@@ -20,7 +21,7 @@ from breaker.diagnosis.result import Result, accepted
 from breaker.diagnosis.tables import verdict_of
 from breaker.model.quantities import INFERRED, in_words
 from breaker.page import curves, types
-from breaker.page.catalogue import MOST, Inspection, earlier_than
+from breaker.page.catalogue import MOST, Inspection, earlier_than, unread_files
 from breaker.page.choices import Choices, name_of, read_choices
 from breaker.page.session import MissingError, Session, Shown
 from breaker.records.files import printable
@@ -83,13 +84,14 @@ def _list(asked: Asked) -> Answer:
         links[inspection] = Choices(inspection.files, before[0].files if before else ()).query
     folder = printable(os.path.abspath(asked.session.named))
     full = sum(len(inspection.files) for inspection in inspections) >= MOST
-    return _page("list.html", folder=folder, groups=groups, links=links, most=full and MOST)
+    about = {"most": full and MOST, "unread": unread_files(Path(asked.session.named))}
+    return _page("list.html", folder=folder, groups=groups, links=links, **about)
 
 
 def _verdict(asked: Asked) -> Answer:
     """Return the verdict on an inspection of the list."""
     if (diagnosis := (shown := asked.shown).diagnosis) is None:
-        reason = shown.trouble.splitlines()[-1].strip()
+        reason = shown.trouble.splitlines()[:2][-1].strip()  # the first reason
         return {"verdict": "unread", "text": f"not readable: {visible_text(reason)}"}
     result = diagnosis.result
     rejected = [str(record["reason"]) for record in result["records"] if not record["accepted"]]
@@ -123,13 +125,16 @@ def _inspection(asked: Asked) -> Answer:
 
 
 def _measured(result: Result) -> dict[str, str]:
-    """Return the measured quantities that a limit may bound, in words by their name in a type."""
-    pairs = {
-        (record["motion"], name) for record in accepted(result) for name in record["quantities"]
+    """Return the measured quantities that a limit may bound, in words with their unit, by their
+    name in a type.
+    """
+    measured = {
+        name if record["motion"] in name else f"{record['motion']} {name}": value["unit"]
+        for record in accepted(result)
+        for name, value in record["quantities"].items()
+        if name not in INFERRED
     }
-    measured = sorted((motion, name) for motion, name in pairs if name not in INFERRED)
-    names = [name if motion in name else f"{motion} {name}" for motion, name in measured]
-    return {name: in_words(name) for name in names}
+    return {name: f"{in_words(name)} ({unit})" for name, unit in sorted(measured.items())}
 
 
 def _sheet(asked: Asked) -> Answer:

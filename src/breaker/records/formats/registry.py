@@ -21,10 +21,15 @@ from breaker.records.header import Header
 from breaker.records.settings import FORMAT, complete
 from breaker.records.sheet import Columns, Sheet, columns_of
 
-_REFUSED = {
+UNREAD = {
     **dict.fromkeys((".xls", ".xlsb", ".ods"), "is of a kind that is not read; save it as .xlsx"),
     ".cff": "is COMTRADE in a single file, which is not read; export it as .cfg and .dat",
     **dict.fromkeys((".nc", ".h5", ".mat"), "is a file of arrays, which is not read; save a text"),
+}
+"""Formats of records that are not read, by ending, with the remedy."""
+
+_REFUSED = {
+    **UNREAD,
     **dict.fromkeys((".yaml", ".yml"), "is a file of settings, not a record; name it by --config"),
     **dict.fromkeys((".png", ".jpg", ".pdf"), "is a picture, not a record; export its numbers"),
 }
