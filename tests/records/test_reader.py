@@ -85,6 +85,17 @@ def test_what_is_written_is_read_back_and_missing_samples_are_read_as_such(
 
 
 @pytest.mark.parametrize(
+    ("rate", "read"), [(10.0, True), (10.05, True), (9.6, False), (20.0, False)]
+)
+def test_a_rate_that_a_column_of_times_contradicts_is_refused(file, prior, rate, read):
+    written(file, prior)
+    settings = {"time_column": None, "rate": rate, "travel_column": 2}
+    (results,) = Reader(settings).read_all([Operation(12, file)], "closing")
+    assert bool(getattr(results[0], "reason", "")) != read
+    assert read or f"10 kHz, but endurance.format.rate is {rate:g} kHz" in results[0].reason
+
+
+@pytest.mark.parametrize(
     ("unit", "size", "wrong"),
     [("travel_unit", 1e-3, "mm"), ("travel_unit", 1.0, "inch"), ("time_unit", 1e-3, "ms")],
 )

@@ -34,8 +34,8 @@ from breaker.records.motion import LocatedMotion, find_segment
 from breaker.records.operations import Operation
 from breaker.records.record import Record
 from breaker.records.rejections import OtherMotionError, SeveralMotionsError, UnusableError
-from breaker.records.settings import SAME_RATE, complete, lacking
-from breaker.records.sheet import Columns
+from breaker.records.settings import SAME_RATE, TO_MS, complete, lacking
+from breaker.records.sheet import Columns, Sheet
 from breaker.records.words import MOTION_OF
 
 _SAME_STROKE, _ROUNDED = 0.02, 0.5  # tolerance of stated strokes, share and mm; ratios exceed it
@@ -131,6 +131,8 @@ class Reader:
             raise UnusableError(f"{where}{error}") from error
         place = operation.channel, operation.line
         columns = read_columns(self.files[operation.file], settings, *place)
+        if columns.time is None:
+            _check_rate(columns.sheet, settings["rate"])
         time, place, uneven = even_times(columns.time, columns.lines, settings)
         travel = np.full(time.size, np.nan)
         travel[place] = travel_of(columns.travel, settings)
@@ -144,6 +146,25 @@ class Reader:
         samples = columns, settings, time, place, travel, doubts, quantum
         self._last = key, _Samples(*samples, (*columns.remarks, uneven))
         return self._last[1]
+
+
+def _check_rate(sheet: Sheet, rate: float) -> None:
+    """Raise UnusableError if a column of times with a unit contradicts a rate that replaces it."""
+    from breaker.records.channels import find_clock  # most files are read by their times
+
+    try:
+        clock = find_clock(sheet)
+    except RejectedCurveError:  # times that decrease contradict nothing
+        return
+    if clock.place is None or clock.remarks:
+        return
+    times = sheet.columns[clock.place][np.isfinite(sheet.columns[clock.place])]
+    seen = (times.size - 1) / (TO_MS[clock.unit] * float(times[-1] - times[0]))
+    if abs(seen / rate - 1.0) > SAME_RATE:
+        raise UnusableError(
+            f"the times give {in_digits(seen, 4)} kHz, but endurance.format.rate is {rate:.4g} "
+            f"kHz; set time_column to {sheet.column(clock.place)!r}, or correct the rate"
+        )
 
 
 def _columns_of(opened: Opened, operation: Operation, motion: str, settings: Mapping) -> dict:
