@@ -14,7 +14,7 @@ from breaker.diagnosis.identity import (
     stated_differences,
 )
 from breaker.diagnosis.reading import without_copies
-from breaker.records.header import Header
+from breaker.records.header import Header, header_of
 from breaker.records.operations import Operation
 from tests.raws import raw_of
 
@@ -50,6 +50,19 @@ def test_breakers_that_files_state():
     assert len(doubts_about([record(1, bay="E01"), record(2, bay="e02")])) == 1
     assert doubts_about([record(1, bay="E 01"), record(2, bay="e  01")]) == []
     assert doubts_about([record(1, type="GL314"), record(2, type="gl-314")]) == []
+
+
+@pytest.mark.parametrize(
+    ("text", "ambiguous"),
+    [("02/03/2026", True), ("2026-02-30", False), ("13/03/2026", None), ("unknown", None)],
+)
+def test_a_date_that_is_not_clear(text, ambiguous):
+    header = header_of([[f"Test Date: {text}"]])
+    read = {"dates": header.dates, "date_text": header.date_text}
+    undated = record(1, **read, date="".join(header.dates) if ambiguous is None else "")
+    codes = [(doubt.code, "2026-03-02" in doubt.values["why"]) for doubt in doubts_about([undated])]
+    assert codes == ([] if ambiguous is None else [("date-unclear", ambiguous)])
+    assert doubts_about([record(1, **read, date="2026-03-02")]) == []
 
 
 @pytest.mark.parametrize(

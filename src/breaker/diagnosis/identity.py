@@ -4,6 +4,7 @@ Records are compared by the phases that tables, files or names state, and never 
 channel or transducer.
 """
 
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from math import isnan
 
@@ -43,7 +44,18 @@ def _stated(records: Iterable[DriveRecord], name: str) -> dict[str, str]:
 def doubts_about(records: Sequence[DriveRecord]) -> list[str]:
     """Return warnings if files contradict how they were read, or state several breakers."""
     read = [record.raw.warning for record in records if record.raw and record.raw.warning]
-    return list(dict.fromkeys([*read, *contradictions(records)]))
+    return list(dict.fromkeys([*read, *contradictions(records), *_unclear_dates(records)]))
+
+
+def _unclear_dates(records: Iterable[DriveRecord]) -> list[Sentence]:
+    """Return a remark (``date-unclear``) if the dates of files are ambiguous or cannot be read."""
+    undated = [e for e in records if not (e.reason or e.operation.date)]
+    texts = {e.stated.date_text: e for e in undated if re.search(r"\d", e.stated.date_text)}
+    if not texts:
+        return []
+    readings = " or ".join(date[:10] for date in next(iter(texts.values())).stated.dates)
+    why = f"ambiguous ({readings})" if readings else "not a valid date"
+    return [say("date-unclear", dates=first_of([*map(repr, texts)], 3), why=why)]
 
 
 def check_inspection(records: Sequence[DriveRecord], before: Sequence[DriveRecord]) -> None:

@@ -63,6 +63,7 @@ class Header:
     Attributes:
         rate, rate_doubt: Sampling rate, kHz; NaN where it is not clear, and the reason.
         dates: Date of the test as ISO 8601; two dates if the order of day and month is unknown.
+        date_text: Date of the test as stated.
         ratio: Ratio of the linkage; files do not state whether their samples are multiplied by it.
         operation: Motions, such as ``"C-O"``.
         phases: Names of phases by number of the channel, from 1; 0 for a phase of all channels.
@@ -73,6 +74,7 @@ class Header:
     rate_doubt: str = ""
     travel_unit: str = ""
     dates: tuple[str, ...] = ()
+    date_text: str = ""
     station: str = ""
     bay: str = ""
     type: str = ""
@@ -106,11 +108,13 @@ def header_of(rows: Sequence[Sequence[str]], samples: int = 0) -> Header:
     length, unit = next((p.number() for p in stated_as(pairs, "length")), (math.nan, ""))
     length *= TO_MS.get(unit_of(unit) or "", math.nan)
     rate, doubt = _rate(pairs, samples / length if samples and length > 0 else math.nan)
+    date_text, dates = _dates(pairs)
     return Header(
         rate=rate,
         rate_doubt=doubt,
         travel_unit=next((pair.text for pair in stated_as(pairs, "unit")), ""),
-        dates=_dates(pairs),
+        dates=dates,
+        date_text=date_text,
         operation=operations.pop() if len(operations) == 1 else "",
         phases=_phases(pairs),
         strokes=_strokes(pairs),
@@ -129,14 +133,16 @@ def _first_of(pairs: Iterable[Pair], meaning: str) -> str:
     return next(texts, "")
 
 
-def _dates(pairs: Iterable[Pair]) -> tuple[str, ...]:
-    """Return the date of the test, in both orders of day and month if the order is unknown."""
+def _dates(pairs: Iterable[Pair]) -> tuple[str, tuple[str, ...]]:
+    """Return the date of the test as stated, and as dates: in both orders of day and month if the
+    order is unknown.
+    """
     dated = [pair for pair in stated_as(pairs, "date") if "of another day" not in _meant(pair.name)]
     dated.sort(key=lambda pair: "of the test" not in _meant(pair.name))
-    pair = next((pair for pair in dated if dates_of(pair.text)), Pair("", "", ()))
+    pair = next((pair for pair in dated if dates_of(pair.text)), [*dated, Pair("", "", ())][0])
     texts = [" ".join(pair.values), *(clock.text for clock in stated_as(pairs, "time"))]
     clock = next(filter(None, map(clock_of, texts)), "")
-    return tuple(day + clock for day in in_order(dates_of(pair.text)))
+    return pair.text, tuple(day + clock for day in in_order(dates_of(pair.text)))
 
 
 def _phases(pairs: Iterable[Pair]) -> dict[int, str]:
