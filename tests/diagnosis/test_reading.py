@@ -58,6 +58,17 @@ def test_a_file_that_states_its_only_motion_has_no_other_one(tmp_path):
         assert (one.motion, bool(one.reason)) == ("closing", rejected)
 
 
+@pytest.mark.parametrize(("stated", "rejected"), [("C-O", ["opening"]), ("C", []), ("", [])])
+def test_a_stated_motion_that_is_not_in_the_record_is_rejected(tmp_path, stated, rejected):
+    operation = write(file := tmp_path / "a.csv", ramp(CLOSES))
+    file.write_text(f"Operation: {stated}\n{file.read_text()}")
+    records = read(operation)
+    assert [e.motion for e in records if not e.reason] == ["closing"]
+    missing = [e for e in records if getattr(e.reason, "code", "") == "stated-motion-missing"]
+    assert [e.motion for e in missing] == rejected
+    assert len(records) == 1 + len(rejected)
+
+
 def test_a_pole_that_stands_still_is_a_rejected_record(tmp_path, defaults):
     file, way = tmp_path / "a.csv", ramp(50.0)
     rng = np.random.default_rng(2)

@@ -132,5 +132,5 @@ def test_a_pole_whose_contact_alone_switches(names, switching, expected, share):
     phases = dict(enumerate("RST")) if "R" in names else {}
     moving = [Travel(k, "mm", course, phases.get(k, "")) for k in numbers]
     moving = [travel for travel in moving if names.split()[travel.place] != still]
-    found = [sheet.names[travel.place] for travel, _ in Wiring(sheet, moving).still_poles(1)]
-    assert found == [f"Travel {expected} (mm)"] * bool(expected and share == share)
+    unmoved = [sheet.names[travel.place] for travel, _ in Wiring(sheet, moving).still_poles(1)]
+    assert unmoved == [f"Travel {expected} (mm)"] * bool(expected and share == share)

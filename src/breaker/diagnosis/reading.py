@@ -16,6 +16,7 @@ from breaker.records.operations import Operation
 from breaker.records.reader import Reader, separate_motions
 from breaker.records.record import Record
 from breaker.records.rejections import OtherMotionError
+from breaker.records.words import MOTION_OF
 
 
 def read_operations(
@@ -44,12 +45,16 @@ def read_operations(
 def _records_in(
     reader: Reader, operation: Operation, raws: Mapping[str, Record | Exception], beyond: int
 ) -> list[DriveRecord]:
-    """Return the records of the motions that a file has, or one with the reason if it has none.
+    """Return the records of the motions that a file has or states, or one with the reason if it has
+    none.
 
     Each later motion of a kind has a number higher by ``beyond``; with 0, a kind has one motion.
     """
     cause = {motion: getattr(raw, "__cause__", None) for motion, raw in raws.items()}
-    present = [motion for motion in raws if not isinstance(cause[motion], OtherMotionError)]
+    letters = reader.header(operation).operation.split("-")
+    stated = {MOTION_OF.get(letter) for letter in letters if len(letters) > 1}
+    other = {motion for motion in raws if isinstance(cause[motion], OtherMotionError)} - stated
+    present = [motion for motion in raws if motion not in other]
     records: dict[object, DriveRecord] = {}
     for motion in present or [*raws][:1]:
         parts = separate_motions(operation, raws[motion]) if beyond and cause[motion] else []
@@ -57,6 +62,10 @@ def _records_in(
         (reread,) = reader.read_all(parts, motion)
         for part, raw in zip(parts or [operation], reread or [raws[motion]], strict=True):
             record = _record(reader, part, motion, raw)
+            if isinstance(cause[motion], OtherMotionError) and motion in stated:
+                values = {"file": printable(operation.file), "stated": record.stated.operation}
+                reason = say("stated-motion-missing", motion=motion, **values)
+                record = replace(record, reason=reason)
             key = record.reason or (motion, part.number)  # a reason for both motions counts once
             records.setdefault(key, record)
     return [*records.values()]
