@@ -44,8 +44,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 141
     except ModuleNotFoundError as error:
-        extra = _EXTRAS.get(error.name, "workflow")
-        remedy = f'run `pip install ".[{extra}]"` in a clone of the project'
+        remedy = f'run `pip install ".[{_EXTRAS.get(error.name, "workflow")}]"` in a clone'
         fault = f"missing in the environment of {sys.executable}: {error.name}; {remedy}"
     except MemoryError:
         fault = "out of memory; name fewer files or channels, or lower endurance.draws"

@@ -69,9 +69,7 @@ def _list(entry: Any, least: int, most: int) -> Any:
     return Annotated[list[entry], Field(min_length=least, max_length=most)]
 
 
-def _where(
-    kind: Any, holds: Callable[[Any], object], text: str, when: type = AfterValidator
-) -> Any:
+def _where(kind: Any, holds: Callable, text: str, when: type = AfterValidator) -> Any:
     def check(value: Any) -> Any:
         if not holds(value):
             raise ValueError(text)

@@ -84,7 +84,7 @@ class Limit:
         if "name" not in entry:
             raise ValueError("a limit has no name. Give it one.")
         parts = tuple(
-            (name, _number(name, value, _unit(entry, name, speeds)), side == "upper")
+            (name, _number(name, value, _unit(entry.get("of"), name, speeds)), side == "upper")
             for side in ("upper", "lower")
             for name, value in entry.get(side, {}).items()
         )
@@ -105,10 +105,7 @@ class Limit:
     @property
     def units(self) -> tuple[str, ...]:
         """Units of ``quantities``."""
-        if self.of == "change":
-            return ("%",) * len(self.parts)
-        every = quantities(self.speeds)
-        return tuple(every[name].unit for name in self.quantities)
+        return tuple(_unit(self.of, name, self.speeds) for name in self.quantities)
 
     def evaluate(self, theta: np.ndarray) -> np.ndarray:
         """Return the quantities of a limit with the source "model", ``(n, p) -> (n, parts)``."""
@@ -210,7 +207,7 @@ def entries_of_type(
     every, entries = quantities(speeds), []
     for key, ends in ranges.items():
         first, _, name = key.rpartition(" ")
-        unit = _unit({}, name, speeds)
+        unit = _unit("record", name, speeds)
         low, high = (_number(key, end, unit) for end in ends)
         motions = [first] if first else every[name].motions if name in every else MOTIONS
         if (None not in (low, high) and not low < high) or low is high is None:
@@ -235,7 +232,7 @@ def _band(entry: Mapping[str, Any], speeds: Sequence[Speed]) -> Iterator[dict[st
     quantity = entry["quantity"]
     known = quantities(speeds).get(quantity)
     about = {"of": "record" if known and "record" in known.of else "model", **entry}
-    unit = _unit(about, quantity, speeds)
+    unit = _unit(about["of"], quantity, speeds)
     middle, text = _number(name, entry["reference"], unit), str(entry["tolerance"]).lstrip("±+/- ")
     of_middle = text.endswith("%") and about["of"] != "change"
     amount = _number(f"{name}: tolerance", text, "%" if of_middle else unit)
@@ -251,10 +248,10 @@ def _band(entry: Mapping[str, Any], speeds: Sequence[Speed]) -> Iterator[dict[st
         yield common | {"name": f"{pair} low", "lower": {quantity: middle - width}}
 
 
-def _unit(entry: Mapping[str, Any], name: str, speeds: Sequence[Speed]) -> str | None:
-    """Return the unit of a quantity in an entry; None if the quantity is not known."""
+def _unit(of: str | None, name: str, speeds: Sequence[Speed]) -> str | None:
+    """Return the unit of a quantity from a source; None if the quantity is not known."""
     known = quantities(speeds).get(name)
-    return "%" if entry.get("of") == "change" else known and known.unit
+    return "%" if of == "change" else known and known.unit
 
 
 def _number(key: str, value: float | str | None, unit: str | None) -> float | None:

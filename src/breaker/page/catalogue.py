@@ -61,7 +61,7 @@ def find_files(folder: Path) -> dict[str, str]:
     return dict([*files.items()][:MOST])
 
 
-def unread_files(folder: Path) -> list[str]:
+def unread_files(folder: str) -> list[str]:
     """Return the names of files in a folder and its subfolders whose format is not read."""
     names = (name for _, _, names in islice(os.walk(folder), MOST) for name in names)
     return [name for name in names if Path(name).suffix.lower() in UNREAD]

@@ -44,11 +44,7 @@ _NO_COLUMN = {"travel_column": "every column that moves", "time_column": "none: 
 
 
 def labelled(text: str) -> str:
-    """Return a text with the names on the page for keys of ``endurance.format``.
-
-    >>> labelled("endurance.format.rate is -3")
-    "'Sampling rate (kHz)' is -3"
-    """
+    """Return a text with the names on the page for keys of ``endurance.format``."""
     name = lambda key: repr(LABELS[key[1]]) if key[1] in LABELS else key[0]  # noqa: E731
     return re.sub(r"endurance\.format\.(\w+)", name, text)
 

@@ -7,7 +7,6 @@ server, so tests call it without one.
 import os
 from collections.abc import Mapping, Sequence
 from functools import cache
-from pathlib import Path
 from typing import NamedTuple
 
 import jinja2
@@ -84,7 +83,7 @@ def _list(asked: Asked) -> Answer:
         links[inspection] = Choices(inspection.files, before[0].files if before else ()).query
     folder = printable(os.path.abspath(asked.session.named))
     full = sum(len(inspection.files) for inspection in inspections) >= MOST
-    about = {"most": full and MOST, "unread": unread_files(Path(asked.session.named))}
+    about = {"most": full and MOST, "unread": unread_files(asked.session.named)}
     return _page("list.html", folder=folder, groups=groups, links=links, **about)
 
 
@@ -125,9 +124,7 @@ def _inspection(asked: Asked) -> Answer:
 
 
 def _measured(result: Result) -> dict[str, str]:
-    """Return the measured quantities that a limit may bound, in words with their unit, by their
-    name in a type.
-    """
+    """Return words and unit of measured quantities that a limit may bound, by name in a type."""
     measured = {
         name if record["motion"] in name else f"{record['motion']} {name}": value["unit"]
         for record in accepted(result)
