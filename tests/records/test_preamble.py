@@ -65,6 +65,9 @@ def test_all_of_an_analysers_preamble():
     assert (result.dates, result.travel_unit) == (("2021-03-14T10:42:17",), "mm")
     assert result.phases == {1: "R", 2: "Y", 3: "B"}
     assert result.strokes == (178.0, 178.4)
+    zones = [("closing", ["40 % of stroke", "80 % of stroke"])]
+    zones += [("opening", ["20 % of stroke", "60 % of stroke"])]
+    assert [(motion, speed.points) for motion, speed in result.speeds.items()] == zones
 
 
 @pytest.mark.parametrize(

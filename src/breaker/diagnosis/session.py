@@ -113,13 +113,19 @@ class Diagnosis:
 
     def speeds_of(self, records: Iterable[DriveRecord]) -> tuple[Speed, ...]:
         """Return the definitions of speeds of a drive: those for any record (``OF_STROKE``), and
-        speeds between points of the configuration, or else over a distance that depends on its
-        stroke. Return none for a drive without a usable record.
+        speeds between points of the configuration, or else of its files, or else over a distance
+        that depends on its stroke. Return none for a drive without a usable record.
         """
-        strokes = [record.shape.stroke for record in records if not record.reason]
-        if not strokes:
+        usable = [record for record in records if not record.reason]
+        if not usable:
             return ()
-        return speeds_at({**OF_STROKE, **self.config["speeds"]}, float(np.median(strokes)))
+        points = {**OF_STROKE, **self.config["speeds"]}
+        stated = [record.stated.speeds for record in usable]
+        for motion in MOTIONS:
+            of_files = {tuple(speeds[motion].points) for speeds in stated if motion in speeds}
+            if len(of_files) == 1 and points.get(f"{motion}_speed") is None:
+                points[f"{motion}_speed"] = of_files.pop()
+        return speeds_at(points, float(np.median([record.shape.stroke for record in usable])))
 
     @cached_property
     def estimates(self) -> list[Estimate]:

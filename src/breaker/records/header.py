@@ -12,6 +12,7 @@ from functools import lru_cache
 from typing import NamedTuple
 
 from breaker.common.numerals import in_digits
+from breaker.model.quantities import EVENTS, Speed
 from breaker.records import words
 from breaker.records.dates import clock_of, dates_of, in_order
 from breaker.records.settings import RATES, SAME_RATE, TO_MM, TO_MS
@@ -68,6 +69,7 @@ class Header:
         operation: Motions, such as ``"C-O"``.
         phases: Names of phases by number of the channel, from 1; 0 for a phase of all channels.
         strokes: Strokes that the analyser measured, mm, of any channel and motion.
+        speeds: Speeds by motion, between two points that are stated in % of the stroke.
     """
 
     rate: float = math.nan
@@ -83,6 +85,7 @@ class Header:
     operation: str = ""
     phases: Mapping[int, str] = field(default_factory=dict)
     strokes: tuple[float, ...] = ()
+    speeds: Mapping[str, Speed] = field(default_factory=dict)
 
     def phase_of(self, column: str | int) -> str:
         """Return the phase of a travel column, by its name or as stated for its number, or ""."""
@@ -118,6 +121,7 @@ def header_of(rows: Sequence[Sequence[str]], samples: int = 0) -> Header:
         operation=operations.pop() if len(operations) == 1 else "",
         phases=_phases(pairs),
         strokes=_strokes(pairs),
+        speeds=_speeds(stated_as(pairs, "point of speed")),
         **{key: _first_of(pairs, key) for key in _TEXTS},
     )
 
@@ -204,6 +208,19 @@ def _strokes(pairs: Iterable[Pair]) -> tuple[float, ...]:
         size = next((TO_MM[unit] for unit in map(unit_of, units) if unit in TO_MM), math.nan)
         strokes += [size * number for number, _ in numbers if size * number > 0]
     return tuple(strokes)
+
+
+def _speeds(points: Sequence[Pair]) -> dict[str, Speed]:
+    """Return the speeds whose two points are shares of the stroke."""
+    speeds, shares_of = {}, {*WORDS["share_of_stroke"]}
+    usual = "%" if any({p.text.strip(), p.unit} & shares_of for p in points) else ""
+    for motion in EVENTS:
+        numbers = [p.number() for p in points if words.motion_of(p.name) in (motion, "")]
+        shares = [number for number, unit in numbers if number > 0 and (unit or usual) == "%"]
+        if len(shares) == 2 and shares[0] < shares[1] < 100:
+            ends = [f"{share:g} % of stroke" for share in shares]
+            speeds[motion] = Speed.read(f"{motion}_speed", ends)
+    return speeds
 
 
 # ---- names and values ----------------------------------------------------------------------------
