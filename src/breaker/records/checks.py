@@ -304,7 +304,7 @@ def check_stroke(stroke: float, settings: Mapping) -> None:
     if not least <= stroke <= most:
         reading = stroke / TO_MM.get(settings["travel_unit"], 1.0)
         fits = [unit for unit, mm in TO_MM.items() if least <= reading * mm <= most]
-        remedy = f"endurance.format.travel_unit ({fits[0]!r} fits)" if fits else "ratio or table"
+        remedy = f"endurance.format.travel_unit ({fits[0]!r} fits)" if fits else "ratio"
         raise UnusableError(
             f"the stroke is {in_digits(stroke, 4)} mm, not between {least:g} and {most:g} mm, as "
             f"endurance.format.stroke and drives allow: did the breaker move? Check {remedy}"
