@@ -71,8 +71,9 @@ def from_tables() -> dict[str, str]:
     for kind in ("due", "planned"):
         (row,) = _rows("alarms.csv", reported=kind, limit="measured")
         numbers |= {f"{kind}.false": row["false"], f"{kind}.of": row["of"]}
-    (row,) = _rows("faults.csv", kind="all")
-    numbers |= {f"faults.{key}": f"{int(row[key]):,}" for key in ("files", "silent")}
+    for kind in ("all", "excursion"):
+        (row,) = _rows("faults.csv", kind=kind)
+        numbers |= {f"faults.{kind}.{key}": f"{int(row[key]):,}" for key in ("files", "silent")}
     return {f"tables.{name}": value for name, value in numbers.items()}
 
 

@@ -234,14 +234,12 @@ def measured() -> Rows:
 
 def damaged() -> Rows:
     """Outcomes of damaged files: the worst kinds, and all."""
-    rows = [row for row in read("faults") if row["kind"] != "all"]
     keys = ("files", "rejected", "right", "masked", "flagged", "silent")
-    total = {key: sum(int(row[key]) for row in rows) for key in keys}
-    worst = sorted(rows, key=lambda row: -int(row["silent"]))[:3]
-    none = next(row for row in rows if row["kind"] == "nothing")
-    table = [["kind of damage", *keys], ["none", *(none[key] for key in keys)]]
-    table += [[row["kind"], *(row[key] for key in keys)] for row in worst]
-    return [*table, ["all", *(f"{total[key]:,}" for key in keys)]]
+    rows = {row["kind"]: [f"{int(row[key]):,}" for key in keys] for row in read("faults")}
+    none, total = rows.pop("nothing"), rows.pop("all")
+    worst = sorted(rows.items(), key=lambda row: -int(row[1][-1]))[:3]
+    table = [["kind of damage", *keys], ["none", *none], *([kind, *row] for kind, row in worst)]
+    return [*table, ["all damaged", *total]]
 
 
 def networks() -> Rows:

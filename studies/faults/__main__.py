@@ -13,7 +13,7 @@ from itertools import chain
 import pandas as pd
 from tqdm import tqdm
 
-from studies.faults.judge import APART, KINDS, OUTCOMES, SECONDS, Trial, try_kind
+from studies.faults.judge import KINDS, OUTCOMES, SECONDS, Trial, try_kind
 from studies.shared import in_pool, parser, report, sampled
 
 SILENT = 0.001
@@ -40,12 +40,12 @@ def _try_all(kind: str, numbers: range, seed: int) -> list[Trial]:
 def tabulate(trials: Iterable[Trial]) -> pd.DataFrame:
     """Return one row per kind of damage, and ``all``: files, outcomes, the slowest, in seconds.
 
-    ``all`` is without the kinds ``APART``.
+    ``all`` is without the undamaged files of the kind ``nothing``.
     """
     trials = list(trials)
     rows = {}
     for kind in [*dict.fromkeys(trial.kind for trial in trials), "all"]:
-        kept = [t for t in trials if t.kind == kind or (kind == "all" and t.kind not in APART)]
+        kept = [t for t in trials if t.kind == kind or (kind == "all" and t.kind != "nothing")]
         counts = Counter(trial.outcome for trial in kept)
         rows[kind] = {
             "files": len(kept),

@@ -41,8 +41,6 @@ OUTCOMES = ("rejected", "right", "masked", "flagged", "silent", "exception")
 """Possible outcomes for a damaged file."""
 KINDS = [*PHYSICAL, *TEXT]
 """Names of all kinds of damage."""
-APART = ("excursion",)
-"""Kinds that a single record cannot show, which do not count in the total."""
 SECONDS = 2.0
 """Longest time to read a file, s."""
 
