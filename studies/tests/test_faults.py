@@ -119,7 +119,7 @@ def test_a_reader_without_a_stage_is_caught(
 
 
 def test_what_is_wrong_with_a_table():
-    trial = try_kind("nothing", 0, SEED)._replace(seconds=0.1)
+    trial = try_kind("nothing", 0, SEED)._replace(kind="gap", seconds=0.1)
     assert defects(tabulate([*999 * [trial], trial._replace(outcome="silent")])) == []
     for wrong in (
         [trial._replace(outcome="silent")] * 2,
