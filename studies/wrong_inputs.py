@@ -311,8 +311,9 @@ KINDS: dict[str, tuple[Make, str]] = {
                "{name: a, motion: closing, upper: {stroke: 16000}}",
                "{name: a, motion: closing, lower: {stroke: 0.016}}"), r"limit|unit|thousand"),
     "tolerance of 200 %": (
-        limits("{quantity: stroke, reference: STROKE, tolerance: 20 %}",
-               "{quantity: stroke, reference: STROKE, tolerance: 200 %}"), r"tolerance|limit"),
+        limits("{quantity: stroke, motion: closing, reference: STROKE, tolerance: 20 %}",
+               "{quantity: stroke, motion: closing, reference: STROKE, tolerance: 200 %}"),
+        r"tolerance|limit"),
     "two inspections, times x 2": (two(lambda c: {"times": c.pick([0.5, 2.0])}), RATE),
     "two inspections, lengths x 1.3": (
         two(lambda c: {"scale": 1.3}), r"ratio|scale|alike|transducer|unit|stroke"),

@@ -41,7 +41,7 @@ class Plot {
     for (const { look, name, phase, colour } of this.data.panels.flatMap((panel) => panel.curves)) {
       names.set(look ? name : phase || name, look ? "" : colour);
     }
-    for (const [name, colour] of names) {
+    for (const [name, colour] of [...names].sort((a, b) => !a[1] - !b[1])) {
       const style = `border-color: ${colour || "transparent"}`;
       row.append(Object.assign(document.createElement("span"), { textContent: name, style }));
     }
