@@ -15,7 +15,7 @@ import yaml
 
 from breaker.cli import command
 from breaker.configuration.settings import Settings
-from breaker.diagnosis import words
+from breaker.diagnosis import sentences
 from breaker.diagnosis.changes import QuantityChange
 from breaker.diagnosis.explanations import Explanation
 from breaker.diagnosis.inspection_change import InspectionChange
@@ -93,10 +93,10 @@ def files() -> Iterator[str]:
 
 def codes() -> Iterator[str]:
     """Yield the sentence of every code."""
-    text = Path(words.__file__).with_suffix(".yaml").read_text(encoding="utf-8")
+    text = Path(sentences.__file__).with_suffix(".yaml").read_text(encoding="utf-8")
     yield "[Troubleshooting](../troubleshooting.md) says what to do.\n"
-    for name, sentences in {"records": TEXTS, **yaml.safe_load(text)}.items():
-        rows = ((f"`{code}`", sentence) for code, sentence in sorted(sentences.items()))
+    for name, texts in {"records": TEXTS, **yaml.safe_load(text)}.items():
+        rows = ((f"`{code}`", sentence) for code, sentence in sorted(texts.items()))
         yield f"## {name}\n\n" + table("code, sentence", rows)
 
 

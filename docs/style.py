@@ -16,7 +16,7 @@ LONGEST = 25
 NAMES = {"told", "foretold", "visit", "visits", "beside", "anew", "part_time", "wipe_at_touch"}
 VAGUE = {"each", "found"}  # as a name alone
 PAGES = ("*.md", "docs/*.md", "docs/[!r]*/*.md", "docs/research/*.md", "[cs]*/*.md", "src/*/*/*.md")
-TEXTS = ("workflow/report/*.rst", "src/breaker/diagnosis/words.yaml", "src/breaker/cli/*.py")
+TEXTS = ("workflow/report/*.rst", "src/breaker/diagnosis/sentences.yaml", "src/breaker/cli/*.py")
 CODE = ("src/**/*.py", "studies/**/*.py", "tests/**/*.py", "workflow/**/*.py", "workflow/**/*.smk")
 _LEFT_OUT = r"```.*?```|<!--.*?-->|\]\([^)]*\)|`[^`\n]*`|\{[{%].*?[%}]\}|\{[^}]*\}"
 _BETWEEN = r"^ *\|.*$|(?<=[.!?:;])[*_]*\s+|\n\s*\n|\n\s*(?:[-*#>]|\d+\.)\s"

@@ -28,7 +28,7 @@ _BUILD = (
     "build_meta.build_sdist(out); build_meta.build_wheel(out)"
 )
 # Files other than code, which are easily left out.
-_NEEDED = ("py.typed", "records/words.yaml", "diagnosis/words.yaml")
+_NEEDED = ("py.typed", "records/words.yaml", "diagnosis/sentences.yaml")
 _NEEDED += ("shipped/families/any.yaml", "shipped/MODEL_CARD.md")
 _DOCS = ROOT / "docs"
 

@@ -36,9 +36,9 @@ from breaker.model.prior import Prior
 from breaker.model.sensor import Sensor
 from breaker.prognosis.forecast import Future
 from breaker.prognosis.life import forecast_of
+from breaker.prognosis.limit_states import STATES, states_of
 from breaker.prognosis.readout import Readout
 from breaker.prognosis.series import Series, inspections_of, new_of
-from breaker.prognosis.states import STATES, states_of
 from breaker.prognosis.trend import Follower
 from studies.family_lives import INSPECTIONS, LONGER, NAME, FamilyLife
 from studies.other_lives import OtherLife

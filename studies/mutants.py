@@ -34,8 +34,8 @@ AREAS = {
     "measurements": ("records/measurements records/propagation records/first_motion",
                      "records/test_readings records/test_first_motion records/test_propagation "
                      "records/test_measured"),
-    "forecast": ("prognosis/forecast prognosis/states prognosis/service",
-                 "prognosis/test_forecast prognosis/test_states prognosis/test_service "
+    "forecast": ("prognosis/forecast prognosis/limit_states prognosis/service",
+                 "prognosis/test_forecast prognosis/test_limit_states prognosis/test_service "
                  "prognosis/test_tables"),
     "limits": ("model/limits diagnosis/limits",
                "model/test_limits diagnosis/test_limits diagnosis/test_inferred"),

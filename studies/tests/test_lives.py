@@ -7,7 +7,7 @@ import xarray as xr
 from breaker.configuration.loading import load
 from breaker.model.limits import Limit
 from breaker.model.prior import Prior
-from breaker.prognosis.states import STATES
+from breaker.prognosis.limit_states import STATES
 from studies.lives import against_fixed, alarms_of, serviced
 from studies.other_lives import LAWS, RECORDS, OtherLife
 

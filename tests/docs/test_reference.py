@@ -8,7 +8,7 @@ import pytest
 import yaml
 
 from breaker.cli import main
-from breaker.diagnosis import words
+from breaker.diagnosis import sentences
 from breaker.records.rejections import TEXTS
 from tests.scripts import ROOT, script
 
@@ -26,11 +26,11 @@ def test_pages_are_made_from_the_present_code():
 def test_every_code_of_a_remark_is_in_troubleshooting():
     text = (ROOT / "docs/troubleshooting.md").read_text(encoding="utf-8")
     named = set(re.findall(r"`([a-z]+(?:-[a-z0-9]+)*)`", text))
-    file = ROOT / "src/breaker/diagnosis/words.yaml"
+    file = ROOT / "src/breaker/diagnosis/sentences.yaml"
     sections = yaml.safe_load(file.read_text(encoding="utf-8"))
     remarks = {*TEXTS, *(code for name in SECTIONS for code in sections[name])}
     assert remarks - named == set()
-    assert {name for name in named if "-" in name} <= {*remarks, *words._templates()}
+    assert {name for name in named if "-" in name} <= {*remarks, *sentences._templates()}
 
 
 def keys(value, path=""):

@@ -12,7 +12,7 @@ from breaker.figures.life import changes, coverage, health, remaining_life
 from breaker.figures.verdict import verdict
 from breaker.paper import validation
 from breaker.paper.calibration import judge_draws
-from breaker.prognosis.states import states_of
+from breaker.prognosis.limit_states import states_of
 from tests.figures.drawn import assert_drawn, line_of
 from tests.lives import LIMITS, a_life
 from tests.paper.made import NAMES, corrected_curves, exact_posteriors, judgement

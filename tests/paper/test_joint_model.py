@@ -165,6 +165,10 @@ class Prior:
     def sample(self, n, rng):
         return rng.random((n, 2)) + 1.0
 
+class Impossible(Prior):
+    def log_prob(self, theta):
+        return np.full(len(theta), -np.inf)
+
 class Loose:
     names = NAMES
 
@@ -185,6 +189,7 @@ def endless(theta, times, motion, rng):
     [
         ("Prior", "simulate", ""),
         ("Loose", None, "draws do not fulfil"),
+        ("Impossible", "simulate", "log_prob"),
         ("Prior", "endless", "finite"),
         ("Prior", "nothing", "has no function"),
     ],

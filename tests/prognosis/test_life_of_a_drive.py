@@ -11,7 +11,7 @@ from breaker.family.rich_drive import Drive, Elements
 from breaker.model.limits import Limit
 from breaker.model.parameters import MOTIONS, NAMES
 from breaker.prognosis.life import follow
-from breaker.prognosis.states import STATES, states_of
+from breaker.prognosis.limit_states import STATES, states_of
 from breaker.records.measurements import measure_curve
 
 PLANNING = load()["planning"]

@@ -6,7 +6,7 @@ import pytest
 
 from breaker.configuration.definitions import advice_of
 from breaker.configuration.loading import defaults
-from breaker.prognosis.states import states_of
+from breaker.prognosis.limit_states import states_of
 from breaker.prognosis.tables import change_table, decide, limit_table, sentences
 from tests.lives import a_life
 

@@ -8,7 +8,6 @@ from breaker.configuration.definitions import family_of
 from breaker.family.drive_family import Family
 from breaker.model.curves import travel
 from breaker.model.parameters import MOTIONS
-from breaker.records.axes import seen_quantum
 from breaker.records.checks import (
     check_slips,
     doubtful_samples,
@@ -16,6 +15,7 @@ from breaker.records.checks import (
     of_no_drive,
     unsteady_remark,
 )
+from breaker.records.conversion import seen_quantum
 from breaker.records.measurements import measure_curve
 from breaker.records.motion import find_segment
 from breaker.records.rejections import UnusableError

@@ -4,7 +4,7 @@ import json
 from pathlib import Path
 
 from breaker.common.zarr_store import describe, open_store, save
-from breaker.prognosis.states import states_of
+from breaker.prognosis.limit_states import states_of
 from breaker.prognosis.tables import change_table, decide, limit_table, sentences
 from breaker.workflow.jobs import start
 

@@ -10,8 +10,8 @@ import sys
 from collections.abc import Sequence
 
 from breaker import __version__
+from breaker.common.clean_text import print_text
 from breaker.common.compiling import set_threads
-from breaker.common.text import say
 
 _COMMANDS = ("inspect", "infer", "compare", "report", "fit-prior", "view", "example")
 _EXTRAS = {"torch": "networks", "xarray": "stores", "zarr": "stores", "pandas": "stores"}
@@ -37,7 +37,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         sys.stdout.flush()
         return status
     except KeyboardInterrupt:
-        say("breaker: interrupted", on_stderr=True)
+        print_text("breaker: interrupted", on_stderr=True)
         return 130
     except BrokenPipeError:
         # Python flushes the output again at its end: redirect the rest to devnull.
@@ -50,7 +50,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         fault = "out of memory; name fewer files or channels, or lower endurance.draws"
     except (OSError, ValueError) as error:
         fault = str(error)
-    say(f"breaker: {fault}", on_stderr=True)
+    print_text(f"breaker: {fault}", on_stderr=True)
     return 1
 
 

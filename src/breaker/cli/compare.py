@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from breaker.cli import inputs
 from breaker.cli.outputs import check_outputs, draw, say_written
-from breaker.common.text import say
+from breaker.common.clean_text import print_text
 
 
 def add(compare: argparse.ArgumentParser) -> None:
@@ -55,7 +55,7 @@ def run(options: argparse.Namespace) -> int:
         from breaker.figures.reports import comparison as figure
 
         written = [draw(figure(document), options.plot)]
-    say(to_json(document) if options.json else text_of(words_of_change(document)))
+    print_text(to_json(document) if options.json else text_of(words_of_change(document)))
     say_written(written, options.json)
     return 0
 

@@ -5,7 +5,7 @@ import os
 from pathlib import Path
 
 from breaker.cli.inputs import settings_of
-from breaker.common.text import say
+from breaker.common.clean_text import print_text
 
 _OPERATIONS, _SEED = 3, 1
 
@@ -38,5 +38,5 @@ def run(options: argparse.Namespace) -> int:
     else:
         test = EnduranceTest.from_settings(simulated_test(config), _SEED)
         write_close_opens(test.new, _SEED, folder, range(1, count + 1))
-    say(f"{count} files written to {folder}")
+    print_text(f"{count} files written to {folder}")
     return 0

@@ -4,7 +4,7 @@ import argparse
 
 from breaker.cli.inputs import settings_of
 from breaker.cli.outputs import check_outputs, write_lines
-from breaker.common.text import say
+from breaker.common.clean_text import print_text
 
 
 def add(fit_prior: argparse.ArgumentParser) -> None:
@@ -25,9 +25,9 @@ def run(options: argparse.Namespace) -> int:
     from breaker.common.document import text_of
     from breaker.configuration.definitions import types_of
     from breaker.configuration.loading import check, defaults, merge
+    from breaker.diagnosis.sentences import say
     from breaker.diagnosis.session import Diagnosis
     from breaker.diagnosis.type_prior import configuration_lines, document_of, fit_type, list_type
-    from breaker.diagnosis.words import say as in_words
     from breaker.records.folder import each_once
 
     listed = list_type(each_once(options.folders), config["motions"], options.type)
@@ -41,9 +41,9 @@ def run(options: argparse.Namespace) -> int:
     try:
         check(merge(config, settings), curves=False)
     except ValueError as error:
-        raise ValueError(in_words("type-unusable", reason=error)) from error
+        raise ValueError(say("type-unusable", reason=error)) from error
     document = document_of(fitted)
     lines = configuration_lines(settings, document)
-    say(text_of(document), end="\n\n")
-    say(write_lines(options.output, lines) if options.output else lines.rstrip("\n"))
+    print_text(text_of(document), end="\n\n")
+    print_text(write_lines(options.output, lines) if options.output else lines.rstrip("\n"))
     return 0

@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterable
 
 from breaker.cli import inputs
 from breaker.cli.outputs import check_outputs, draw, say_written, write_lines
-from breaker.common.text import say
+from breaker.common.clean_text import print_text
 from breaker.model.quantities import check_fact
 
 
@@ -48,24 +48,24 @@ def run(options: argparse.Namespace) -> int:
     from breaker.common.document import text_of
     from breaker.common.plain_values import note_of, to_json
     from breaker.configuration.definitions import types_of
+    from breaker.diagnosis.sentences import say
     from breaker.diagnosis.session import Diagnosis, given_by
     from breaker.diagnosis.tables import document_of
-    from breaker.diagnosis.words import say as words_for
 
     given = given_by(config, dict(options.known))
     diagnosis = Diagnosis(config, limits, given, _families(options.model), types_of(config))
     choice = inputs.choice_of(options)
     diagnosis = diagnosis.of_files(options.files, choice, of_type=options.type)
-    words = [words_for("own-prior")] if given.prior else []
+    words = [say("own-prior")] if given.prior else []
     result = diagnosis.result
     content = {**result, "remarks": [*map(note_of, words), *result["remarks"]]}
     rejected = [record for record in content["records"] if not record["accepted"]]
     nothing = len(rejected) == len(content["records"])
     written = [] if nothing else _write(diagnosis, content, options)
-    say(to_json(content) if options.json else text_of(document_of(content)))
+    print_text(to_json(content) if options.json else text_of(document_of(content)))
     if rejected:
         text = "nothing was inferred" if nothing else f"rejected records: {len(rejected)}"
-        say(f"breaker: {text}", on_stderr=True)
+        print_text(f"breaker: {text}", on_stderr=True)
     say_written(written, options.json)
     return int(nothing)
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from breaker.cli.inputs import settings_of
 from breaker.cli.outputs import check_outputs, say_written, write_lines
-from breaker.common.text import say
+from breaker.common.clean_text import print_text
 
 
 def add(inspect: argparse.ArgumentParser) -> None:
@@ -48,11 +48,11 @@ def _look_into(options: argparse.Namespace, config: Mapping) -> int:
     overlay = overlay_of(proposal)
     output = options.output if proposal.is_read else None
     written = [write_lines(output, overlay)] if output else []
-    say(text_of(words_of(proposal)))
+    print_text(text_of(words_of(proposal)))
     if proposal.is_read:
-        say(f"\nProposed settings, for a file after --config:\n\n{overlay}")
+        print_text(f"\nProposed settings, for a file after --config:\n\n{overlay}")
     else:
-        say(f"\nNothing is proposed, as these settings read no motion (see above):\n\n{overlay}")
+        print_text(f"\nNothing is proposed: these settings read no motion:\n\n{overlay}")
     say_written(written)
     return 0 if any(motion.record for motion in proposal.motions) else 1
 
@@ -65,11 +65,11 @@ def _check(folder: str, config: Mapping) -> int:
     motions = config["motions"]
     checked = check_folder(folder, config["endurance"], config["sensor"], motions)
     accepted = {group.motion for group in checked if group.accepted}
-    say(text_of(document_of(checked)))
+    print_text(text_of(document_of(checked)))
     remedy = f"set endurance.curves: {folder} in the configuration to use what is accepted"
     if lacking := " and no ".join(motion for motion in motions if motion not in accepted):
         remedy = f"no {lacking} is accepted: correct this, and run the command again"
-    say(f"\nRead the listed records of {folder}; {remedy}.")
+    print_text(f"\nRead the listed records of {folder}; {remedy}.")
     return 1 if lacking else 0
 
 
@@ -82,13 +82,13 @@ def _propose(options: argparse.Namespace, config: Mapping) -> int:
     configured = config["endurance"]["format"] != FORMAT
     text, remarks = propose_manifest(options.file, config["motions"], configured=configured)
     if options.output:
-        say(write_lines(options.output, text))
+        print_text(write_lines(options.output, text))
         step = "complete it"
     else:
-        say(text, end="")
+        print_text(text, end="")
         step = f"write it with --output {Path(options.file, 'operations.csv')}, complete it"
     for remark in remarks:
-        say(f"check: {remark}", on_stderr=True)
+        print_text(f"check: {remark}", on_stderr=True)
     step += f" as operations.csv in the folder, and run breaker inspect {options.file} again"
-    say(f"Proposed a table of the operations in {options.file}: {step}.", on_stderr=True)
+    print_text(f"Proposed a table of the operations in {options.file}: {step}.", on_stderr=True)
     return 0

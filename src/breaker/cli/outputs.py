@@ -4,7 +4,7 @@ import os
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
-from breaker.common.text import say
+from breaker.common.clean_text import print_text
 
 _ENDINGS = {"picture": (".png", ".pdf", ".svg"), "report": (".html",)}
 
@@ -64,4 +64,4 @@ def draw(figure, name: str) -> str:
 def say_written(written: Iterable[str], as_json: bool = False) -> None:
     """Print sentences on written files, on stderr if stdout has a JSON document."""
     for text in written:
-        say(text, on_stderr=as_json)
+        print_text(text, on_stderr=as_json)

@@ -4,7 +4,7 @@ import argparse
 
 from breaker.cli import inputs
 from breaker.cli.outputs import check_outputs, write
-from breaker.common.text import say
+from breaker.common.clean_text import print_text
 
 
 def add(report: argparse.ArgumentParser) -> None:
@@ -50,8 +50,8 @@ def run(options: argparse.Namespace) -> int:
     write(options.output, report_page(report).encode("utf-8"))
     *warnings, verdict = report.summary
     for warning in warnings:
-        say(warning)
+        print_text(warning)
     for reason in dict.fromkeys(record.reason for record in diagnosis.records if record.reason):
-        say(f"breaker: not in the report: {reason}", on_stderr=True)
-    say(f"{verdict}\nreport written to {options.output}")
+        print_text(f"breaker: not in the report: {reason}", on_stderr=True)
+    print_text(f"{verdict}\nreport written to {options.output}")
     return 0

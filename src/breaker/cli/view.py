@@ -11,7 +11,7 @@ from contextlib import suppress
 from pathlib import Path
 
 from breaker.cli.inputs import limits_of, settings_of
-from breaker.common.text import say
+from breaker.common.clean_text import print_text
 
 
 def add(view: argparse.ArgumentParser) -> None:
@@ -51,7 +51,7 @@ def run(options: argparse.Namespace) -> int:
         server = PageServer(session, options.port)
 
         def ready() -> None:
-            say(f"the page is at {server.address}\nCtrl-C ends it")
+            print_text(f"the page is at {server.address}\nCtrl-C ends it")
             sys.stdout.flush()  # a pipe or a file gets the address now, not at the end
             if not options.no_browser:
                 with suppress(OSError, webbrowser.Error):
@@ -61,5 +61,5 @@ def run(options: argparse.Namespace) -> int:
         try:
             asyncio.run(server.serve(asyncio.Event(), ready))
         except KeyboardInterrupt:
-            say("ended; what was being written is written")
+            print_text("ended; what was being written is written")
     return 0

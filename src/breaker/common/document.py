@@ -9,7 +9,7 @@ from pathlib import Path
 from textwrap import wrap
 from typing import TYPE_CHECKING
 
-from breaker.common.text import visible_text
+from breaker.common.clean_text import visible_text
 
 if TYPE_CHECKING:
     from jinja2 import Template

@@ -4,7 +4,7 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
-from breaker.common.text import bare
+from breaker.common.clean_text import bare
 from breaker.configuration.loading import ConfigurationError, merge, read
 from breaker.model.quantities import in_words
 from breaker.shipped import ADVICE, FAMILIES, SIMULATED_TEST, family_file

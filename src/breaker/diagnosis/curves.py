@@ -8,7 +8,7 @@ import numpy as np
 
 from breaker.common.numerals import in_digits
 from breaker.diagnosis.estimate import DriveRecord, Estimate
-from breaker.diagnosis.words import Sentence, say
+from breaker.diagnosis.sentences import Sentence, say
 from breaker.family.shape import SHAPE_TIMES
 from breaker.records.files import printable
 

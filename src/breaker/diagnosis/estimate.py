@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from breaker.diagnosis.words import say
+from breaker.diagnosis.sentences import say
 from breaker.family.inputs import NormalisedRecords
 from breaker.family.membership import Match
 from breaker.family.networks import StateDraws, StateNetwork

@@ -17,7 +17,7 @@ import numpy as np
 from breaker.common.plain_values import Plain
 from breaker.diagnosis.changes import USUAL_SCATTER, Pair, QuantityChange, measured_change
 from breaker.diagnosis.limits import NORMAL
-from breaker.diagnosis.words import Sentence, say
+from breaker.diagnosis.sentences import Sentence, say
 from breaker.family.inputs import Mean, normalise_record
 from breaker.family.networks import SURE
 from breaker.family.sensitivities import Sensitivities

@@ -8,11 +8,11 @@ import re
 from collections.abc import Iterable, Mapping, Sequence
 from math import isnan
 
+from breaker.common.clean_text import bare
 from breaker.common.document import Cell
 from breaker.common.numerals import first_of, in_digits
-from breaker.common.text import bare
 from breaker.diagnosis.estimate import DriveRecord
-from breaker.diagnosis.words import Sentence, say
+from breaker.diagnosis.sentences import Sentence, say
 from breaker.records.dates import earlier
 from breaker.records.files import Files, printable
 

@@ -17,7 +17,7 @@ import numpy as np
 from breaker.common.numerals import in_digits
 from breaker.common.randomness import generator, systematic
 from breaker.diagnosis.estimate import DriveRecord, Estimate, Given
-from breaker.diagnosis.words import say
+from breaker.diagnosis.sentences import say
 from breaker.family.membership import choose_family
 from breaker.family.networks import StateNetwork
 from breaker.family.shape import SHAPE_TIMES

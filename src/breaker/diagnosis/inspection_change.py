@@ -33,9 +33,9 @@ from breaker.diagnosis.explanations import (
 from breaker.diagnosis.identity import Inspections
 from breaker.diagnosis.limits import Known, Verdict, judge
 from breaker.diagnosis.reading import without_copies
+from breaker.diagnosis.sentences import Sentence, say
 from breaker.diagnosis.session import Diagnosis
 from breaker.diagnosis.tables import limits_table
-from breaker.diagnosis.words import Sentence, say
 from breaker.family.networks import SURE, shipped_networks
 from breaker.family.sensitivities import shipped_sensitivities
 from breaker.model.limits import Limit, from_list

@@ -7,7 +7,7 @@ import numpy as np
 from breaker.common.plain_values import note_of
 from breaker.common.randomness import generator
 from breaker.diagnosis.estimate import NOTHING, Estimate
-from breaker.diagnosis.words import say
+from breaker.diagnosis.sentences import say
 from breaker.model.limits import Limit
 from breaker.model.quantities import EVENTS, QUANTITIES
 from breaker.records.measurements import Measured

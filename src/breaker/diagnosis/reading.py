@@ -7,7 +7,7 @@ import numpy as np
 
 from breaker.common.numerals import in_digits
 from breaker.diagnosis.estimate import DriveRecord
-from breaker.diagnosis.words import say
+from breaker.diagnosis.sentences import say
 from breaker.family.inputs import normalise_record
 from breaker.model.parameters import MOTIONS
 from breaker.records.files import Files, printable

@@ -14,9 +14,9 @@ from breaker.diagnosis.curves import Overlay, overlaid
 from breaker.diagnosis.estimate import Estimate
 from breaker.diagnosis.identity import check_inspection, nameplate
 from breaker.diagnosis.inspection_change import change_tables
+from breaker.diagnosis.sentences import say
 from breaker.diagnosis.session import Diagnosis, given_by
 from breaker.diagnosis.tables import document_of, shown_of, title_of
-from breaker.diagnosis.words import say
 from breaker.model.parameters import NAMES
 from breaker.model.quantities import in_words, quantities
 from breaker.records.files import Files

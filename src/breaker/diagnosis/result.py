@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from breaker.common.clean_text import table_text
 from breaker.common.numerals import in_digits, in_p, natural
 from breaker.common.plain_values import note_of, plainly
-from breaker.common.text import table_text
 from breaker.diagnosis.estimate import Estimate, Given
 from breaker.diagnosis.identity import doubts_about
 from breaker.diagnosis.limits import Known, interval_of, known_of, simultaneity_of, worst
-from breaker.diagnosis.words import say
+from breaker.diagnosis.sentences import say
 from breaker.family.networks import EFFECTS
 from breaker.model.parameters import PARAMETERS
 from breaker.model.quantities import ABOUT, ANSWERED, CURRENTS, SHARES, quantities_of

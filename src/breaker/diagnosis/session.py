@@ -19,7 +19,7 @@ from breaker.diagnosis.inference import Inference
 from breaker.diagnosis.limits import Verdict, judged
 from breaker.diagnosis.reading import read_operations
 from breaker.diagnosis.result import Result, result_of
-from breaker.diagnosis.words import say
+from breaker.diagnosis.sentences import say
 from breaker.family.networks import StateNetwork, shipped_levels
 from breaker.model.limits import Limit, from_list
 from breaker.model.parameters import MOTIONS, Size

@@ -8,7 +8,7 @@ from breaker.common.numerals import distinct, first_of, in_digits, in_p
 from breaker.common.plain_values import Note, note_of
 from breaker.diagnosis.limits import NORMAL, Verdict, worst
 from breaker.diagnosis.result import RecordResult, Result, Value, accepted, operations_of
-from breaker.diagnosis.words import say
+from breaker.diagnosis.sentences import say
 from breaker.model.parameters import PARAMETERS
 from breaker.model.quantities import EVENTS, INFERRED, OF_STROKE, in_words
 

@@ -16,14 +16,14 @@ from typing import NamedTuple, Self
 import numpy as np
 import yaml
 
+from breaker.common.clean_text import bare, usual_spelling
 from breaker.common.document import Document, Remark, Table, text_of
 from breaker.common.numerals import in_digits
-from breaker.common.text import bare, usual_spelling
 from breaker.configuration.definitions import family_of
 from breaker.configuration.loading import WIDEST, defaults
 from breaker.diagnosis.estimate import DriveRecord, Estimate
+from breaker.diagnosis.sentences import Sentence, say
 from breaker.diagnosis.session import Diagnosis
-from breaker.diagnosis.words import Sentence, say
 from breaker.family.inputs import shrunk_variance
 from breaker.family.networks import StateNetwork
 from breaker.model.parameters import MOTIONS, NAMES, Size

@@ -26,7 +26,7 @@ def sbc(calibration: "Calibration", names: Sequence[str], *, about: str) -> Figu
     for i, (axis, name) in enumerate(zip(axes, names, strict=True)):
         look = {"color": style.PRIOR, "alpha": 0.35, "lw": 0}
         look["label"] = f"simultaneous {share} band, all {len(names)} outputs together"
-        axis.fill_between(band.grid, band.lower, band.upper, **look)
+        axis.fill_between(band.grid, band.lower, band.upper, step="post", **look)
         axis.axhline(0.0, color=style.REFERENCE, lw=0.6)
         look = {"color": p.OUTPUTS[name].colour, "label": "observed ranks"}
         axis.plot(band.grid, calibration.difference[:, i], drawstyle="steps-post", **look)

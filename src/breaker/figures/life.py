@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from breaker.common.numerals import about, first_of, in_digits, in_percent, span
-from breaker.diagnosis.words import say
+from breaker.diagnosis.sentences import say
 from breaker.figures import panels as p
 from breaker.figures import style
 

@@ -82,7 +82,7 @@ def _fitted(upper: Axes, lower: Axes, estimate: "Estimate", width: float) -> Non
     first motion; ``width`` is in inches.
     """
     from breaker.diagnosis.curves import curve_of
-    from breaker.diagnosis.words import say
+    from breaker.diagnosis.sentences import say
     from breaker.family.shape import SHAPE_TIMES
 
     record, match, shape = estimate.record, estimate.match, estimate.record.shape

@@ -21,7 +21,7 @@ from matplotlib.font_manager import fontManager
 from matplotlib.text import Annotation
 from PIL import Image
 
-from breaker.common.text import visible_text
+from breaker.common.clean_text import visible_text
 
 MEASURED = "#000000"  # measurements, and the truth of a simulation
 MODEL = "#33486B"  # predictions of the model

@@ -8,7 +8,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-from breaker.common.text import bare
+from breaker.common.clean_text import bare
 from breaker.configuration.loading import check, merge
 from breaker.diagnosis.report import read_inspection
 from breaker.diagnosis.session import Diagnosis

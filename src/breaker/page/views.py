@@ -13,8 +13,8 @@ import jinja2
 import yaml
 from markupsafe import Markup
 
+from breaker.common.clean_text import visible_text
 from breaker.common.document import html_part
-from breaker.common.text import visible_text
 from breaker.diagnosis.report import report_of
 from breaker.diagnosis.result import Result, accepted
 from breaker.diagnosis.tables import verdict_of

@@ -45,7 +45,8 @@ class OwnPrior:
         scaled = self._log(draws)
         self.centre, self.sds = scaled.mean(axis=0), scaled.std(axis=0)
         if not (self.sds > 0).all():
-            raise ValueError(f"a parameter of the prior does not vary: sds {self.sds.tolist()}")
+            fixed = ", ".join(np.array(self.names)[~(self.sds > 0)])
+            raise ValueError(f"draws of {fixed} do not vary. Let the prior vary each parameter")
 
     def _log(self, theta: np.ndarray) -> np.ndarray:
         return np.where(self.logarithmic, np.log(np.where(self.logarithmic, theta, 1.0)), theta)
@@ -179,8 +180,8 @@ class Model:
         curves = np.asarray(self.simulator(theta, times, self.motion, rng), dtype=np.float64)
         if curves.shape != (len(theta), times.size):
             raise ValueError(
-                f"the simulator must return curves of shape {(len(theta), times.size)}, not "
-                f"{curves.shape}"
+                f"the simulator must return a row for each row of theta and a column for each "
+                f"time, {(len(theta), times.size)}, not an array of shape {curves.shape}"
             )
         return curves
 
@@ -194,14 +195,16 @@ class Model:
             if loose:
                 raise ValueError(
                     f"{loose} of {_SCALING_DRAWS} draws do not fulfil {PRESSED}, so their contact "
-                    "never closes. Draw these again, as docs/examples/own_prior.py does"
+                    "never closes. Leave them out, as docs/examples/own_prior.py does"
                 )
         theta, onset = self.sample(5, rng)
         if not np.isfinite(self.simulate(theta, onset, rng)).all():
             raise ValueError("the simulator must return finite curves")
         log_prob = getattr(getattr(self.prior, "prior", None), "log_prob", None)
-        if log_prob and np.shape(log_prob(theta)) != (5,):
-            raise ValueError(f"log_prob(theta) must return (n,), not {np.shape(log_prob(theta))}")
+        density = log_prob(theta) if log_prob else np.zeros(5)
+        if np.shape(density) != (5,) or not np.isfinite(density).all():
+            text = f"log_prob(theta) of 5 draws must return 5 finite numbers, not {density}"
+            raise ValueError(text)
 
     def curves(self, values: np.ndarray, rng: np.random.Generator | None = None) -> np.ndarray:
         """Return the curves of outputs ``(n, q)``, ``(n, t)``, mm, without noise."""

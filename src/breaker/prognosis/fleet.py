@@ -16,15 +16,15 @@ from breaker.diagnosis.changes import mean_error
 from breaker.diagnosis.estimate import Estimate
 from breaker.diagnosis.inspection_change import compare_inspections
 from breaker.diagnosis.limits import Verdict
+from breaker.diagnosis.sentences import say
 from breaker.diagnosis.session import Diagnosis
-from breaker.diagnosis.words import say
 from breaker.model.quantities import quantities_of
 from breaker.model.sensor import grid
 from breaker.prognosis import series
 from breaker.prognosis.fleet_table import STATES, DriveResult, LimitState, MeasuredValue
 from breaker.prognosis.life import follow
-from breaker.prognosis.states import STATES as LIFE_STATES
-from breaker.prognosis.states import next_state, states_of
+from breaker.prognosis.limit_states import STATES as LIFE_STATES
+from breaker.prognosis.limit_states import next_state, states_of
 from breaker.records.curves import Grid, read_curves
 from breaker.records.dates import instant, one_date
 from breaker.records.files import Files

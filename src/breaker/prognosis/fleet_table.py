@@ -8,9 +8,9 @@ import pandas as pd
 from pydantic import TypeAdapter
 from scipy.stats import t as student
 
+from breaker.common.clean_text import bare, usual_spelling
 from breaker.common.numerals import first_of
 from breaker.common.plain_values import Note, Plain
-from breaker.common.text import bare, usual_spelling
 from breaker.diagnosis.changes import QuantityChange
 
 STATES = ("due", "planned", "unknown", "ok")

@@ -11,10 +11,10 @@ import xarray as xr
 
 from breaker.common.numerals import about, in_digits, in_p, in_percent, span
 from breaker.configuration.definitions import advice_on
-from breaker.diagnosis.words import say
+from breaker.diagnosis.sentences import say
 from breaker.model.parameters import PARAMETERS
 from breaker.model.quantities import ABOUT
-from breaker.prognosis.states import STATES
+from breaker.prognosis.limit_states import STATES
 
 _DATED = ("date", "days_left", "service_by_date")
 _LEFT = ("operations_left_5", "operations_left", "operations_left_95")

@@ -12,8 +12,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from breaker.records.axes import seen_quantum
 from breaker.records.contacts import CLEAR, FEWEST, LEAST, RESOLVED, SETTLED, ContactTimes
+from breaker.records.conversion import seen_quantum
 from breaker.records.noise import filled, running_mean
 from breaker.records.rejections import NotShownError
 

@@ -14,7 +14,7 @@ starts that the noise allows, with any of the powers and with a creep before the
 
 import numpy as np
 
-from breaker.records.axes import seen_quantum
+from breaker.records.conversion import seen_quantum
 from breaker.records.motion import CLEAR, Course
 from breaker.records.noise import white_noise
 from breaker.records.rejections import FEWEST, UnusableError

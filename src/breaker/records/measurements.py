@@ -19,9 +19,9 @@ from typing import NamedTuple
 import numpy as np
 
 from breaker.model.quantities import CURRENTS, SHARES, SPEEDS, Point, Speed, quantities_of
-from breaker.records.axes import seen_quantum
 from breaker.records.checks import doubtful_samples, ends_of_range, leap_at
 from breaker.records.contacts import ContactTimes
+from breaker.records.conversion import seen_quantum
 from breaker.records.currents import Currents
 from breaker.records.first_motion import first_motion, start_interval
 from breaker.records.motion import LocatedMotion, find_segment

@@ -12,7 +12,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
-from breaker.common.text import usual_spelling
+from breaker.common.clean_text import usual_spelling
 from breaker.model.parameters import MOTIONS
 from breaker.records import folder
 from breaker.records.dates import one_date

@@ -15,7 +15,6 @@ from typing import NamedTuple
 import numpy as np
 
 from breaker.common.numerals import in_digits
-from breaker.records.axes import even_times, seen_quantum, travel_of
 from breaker.records.checks import (
     check_slips,
     check_stroke,
@@ -24,6 +23,7 @@ from breaker.records.checks import (
     open_rest,
 )
 from breaker.records.contacts import events_of
+from breaker.records.conversion import even_times, seen_quantum, travel_of
 from breaker.records.currents import Currents
 from breaker.records.dates import one_date
 from breaker.records.files import Files, Opened, RejectedCurveError, printable

@@ -11,8 +11,8 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
+from breaker.common.clean_text import table_text
 from breaker.common.numerals import natural
-from breaker.common.text import table_text
 from breaker.model.parameters import MOTIONS
 from breaker.model.quantities import ABOUT
 from breaker.records.dates import dates_of, in_order

@@ -31,7 +31,7 @@ def _shown(control: re.Match) -> str:
     return sign.encode("unicode_escape").decode("ascii")
 
 
-def say(text: str, *, on_stderr: bool = False, end: str = "\n") -> None:
+def print_text(text: str, *, on_stderr: bool = False, end: str = "\n") -> None:
     """Print a text as ``visible_text`` returns it; on stderr if ``on_stderr``."""
     print(visible_text(text), file=sys.stderr if on_stderr else sys.stdout, end=end)
 

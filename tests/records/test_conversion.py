@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from breaker.common.randomness import generator
-from breaker.records.axes import even_times, seen_quantum, travel_of
+from breaker.records.conversion import even_times, seen_quantum, travel_of
 from breaker.records.rejections import UnusableError
 from breaker.records.settings import complete
 

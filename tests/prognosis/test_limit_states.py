@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from breaker.configuration.loading import defaults
-from breaker.prognosis.states import STATES, _ahead, _subject, next_state, states_of
+from breaker.prognosis.limit_states import STATES, _ahead, _subject, next_state, states_of
 from tests.lives import OPERATIONS, a_life
 
 PLANNING = defaults()["planning"] | {"operations": 150, "years": 2.0}

@@ -2,7 +2,7 @@
 
 import pytest
 
-from breaker.common.text import visible_text
+from breaker.common.clean_text import visible_text
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,4 @@
-"""The sentences of a diagnosis: ``say(code, **values)``, from the templates in ``words.yaml``."""
+"""Sentences of a diagnosis: ``say(code, **values)``, from the templates in ``sentences.yaml``."""
 
 from functools import cache
 from pathlib import Path
