@@ -35,7 +35,8 @@ _PAGE = """\
 
 Every setting with its default, what it may be, and its meaning. `config/config.yaml` and
 `config/advanced.yaml` hold the same defaults. Write only the settings that differ into a file of
-your own. A wrong key or value stops the workflow before the first job.
+your own. A wrong key or value stops the workflow before the first job. A wrong function of yours
+stops the first job that uses it.
 
 This page is made by `make defaults` from `src/breaker/configuration/settings.py`.
 """
@@ -150,12 +151,20 @@ def _allowed(part: dict[str, Any]) -> str:
     if "median" in part.get("properties", {}):
         return "; ".join(f"{name}: {_allowed(item)}" for name, item in part["properties"].items())
     if "enum" in part or "const" in part:
-        return ", ".join(str(item) for item in part.get("enum", [part.get("const")]))
+        return ", ".join(map(_value, part.get("enum", [part.get("const")])))
     words = {"integer": "whole number", "object": "section", "array": "list", "string": "text"}
     text = words.get(part["type"], part["type"])
     bounds = [f"{sign} {part[name]:g}" for name, sign in _BOUNDS.items() if name in part]
     text = " ".join([text, ", ".join(bounds)]) if bounds else text
     return f"{text} of {_allowed(part['items'])}" if "items" in part else text
+
+
+def _value(value: Any) -> str:
+    """Return an allowed value for a cell; signs and blanks are quoted, and a bar is escaped."""
+    text = str(value)
+    if any(map(str.isalnum, text)):
+        return text
+    return f"`{json.dumps(text)}`".replace("|", r"\|")
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""Simulate, train, infer, correct and judge without the workflow, in ten seconds of one core.
+"""Simulate, train, infer, correct and judge without the workflow, in some 20 seconds of one core.
 
 Lengths are in mm and times in ms. The network is smaller than the default one. After 300 steps it
 is far from exact, but its draws are good enough to start the correction.
@@ -36,6 +36,6 @@ Trainer(posterior, rows, validation, config["training"] | short, seed=1, ema=0.9
 records = validate(posterior.eval(), 24, draws=500, seed=2)  # 24 records with known truth
 exact = correct_validation(posterior.model, records, seed=2)
 print(summary(judge(posterior, records, exact), exact)[["gap_nats", "efficiency_median"]])
-print(judge_draws(exact.draws, exact.truth).outside.any())  # False: calibrated
+print("an output is not calibrated:", judge_draws(exact.draws, exact.truth).outside.any())
 # posterior.save("closing.safetensors") writes the network; Posterior.load reads it. A file with
 # functions of your own needs own_functions=True and runs them: read only files that you trust.

@@ -162,7 +162,7 @@ Training = _section(
     "Training of the networks of both motions.",
     steps=_f(int, 2300, "Optimiser steps.", 1, 10_000_000),
     batch=_f(int, 1024, "Curves in a step.", 1, 50_000),
-    optimiser=_f(Optimiser, "muon_edges", "Muon for hidden or (muon_edges) all matrices."),
+    optimiser=_f(Optimiser, "muon_edges", "muon: Muon for hidden matrices; muon_edges: for all."),
     learning_rate=_f(float, 0.003, "Highest learning rate.", high=1, gt=0),
     evaluate_every=_f(int, 100, "Steps between two evaluations.", 1, 10_000_000),
     checkpoint_every=_f(int, 1000, "Steps between two checkpoints.", 1, 10_000_000),
