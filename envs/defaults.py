@@ -35,8 +35,8 @@ _PAGE = """\
 
 Every setting with its default, what it may be, and its meaning. `config/config.yaml` and
 `config/advanced.yaml` hold the same defaults. Write only the settings that differ into a file of
-your own. A wrong key or value stops the workflow before the first job. A wrong function of yours
-stops the first job that uses it.
+your own. A wrong key or value stops the workflow before the first job. A wrong function stops it
+at first use.
 
 This page is made by `make defaults` from `src/breaker/configuration/settings.py`.
 """
