@@ -7,7 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from breaker.common.randomness import generator
-from breaker.configuration.definitions import simulated_test
+from breaker.configuration.data_files import simulated_test
 from breaker.configuration.loading import defaults
 from breaker.family.endurance import EnduranceTest
 from breaker.figures import style

@@ -23,7 +23,7 @@ from pydantic import TypeAdapter
 
 from breaker.common.randomness import generator
 from breaker.common.zarr_store import open_store
-from breaker.configuration.definitions import simulated_test
+from breaker.configuration.data_files import simulated_test
 from breaker.configuration.loading import defaults
 from breaker.diagnosis.inspection_change import InspectionChange
 from breaker.family.endurance import EnduranceTest, write_curve

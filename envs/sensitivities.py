@@ -11,7 +11,7 @@ import numpy as np
 
 from breaker.common.randomness import generator
 from breaker.common.tensor_file import settings_of, write_model
-from breaker.configuration.definitions import family_of
+from breaker.configuration.data_files import family_of
 from breaker.family.drive_family import Family
 from breaker.family.inputs import Basis
 from breaker.family.rich_drive import Drive

@@ -17,7 +17,7 @@ from typing import Any
 import pandas as pd
 
 from breaker.common.tensor_file import ModelFileError, open_model
-from breaker.configuration.definitions import family_of
+from breaker.configuration.data_files import family_of
 from breaker.configuration.loading import ConfigurationError, load
 from breaker.family.network_files import differing, header_of
 from breaker.shipped import CARD, FAMILIES, KINDS, model_file

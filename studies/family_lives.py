@@ -13,7 +13,7 @@ from functools import partial
 import numpy as np
 import pandas as pd
 
-from breaker.configuration.definitions import family_of
+from breaker.configuration.data_files import family_of
 from breaker.family.drive_family import Family
 from breaker.family.rich_drive import Drive
 from breaker.model.parameters import NAMES

@@ -27,7 +27,7 @@ from scipy.stats import chi2
 from tqdm import tqdm
 
 from breaker.common.randomness import generator
-from breaker.configuration.definitions import family_of
+from breaker.configuration.data_files import family_of
 from breaker.configuration.loading import load
 from breaker.family.networks import shipped_networks
 from breaker.model.limits import UNRESOLVED, Limit

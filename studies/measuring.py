@@ -13,7 +13,7 @@ import pandas as pd
 from scipy.stats import norm
 
 from breaker.common.randomness import generator
-from breaker.configuration.definitions import family_of
+from breaker.configuration.data_files import family_of
 from breaker.configuration.loading import load
 from breaker.family.drive_family import Family
 from breaker.family.rich_drive import Drive

@@ -31,8 +31,8 @@ AREAS = {
     "correction": ("paper/correction",
                    "paper/test_weights paper/test_transport paper/test_corrections "
                    "paper/test_exactness"),
-    "measurements": ("records/measurements records/propagation records/first_motion",
-                     "records/test_readings records/test_first_motion records/test_propagation "
+    "measurements": ("records/measurements records/noisy_trace records/first_motion",
+                     "records/test_readings records/test_first_motion records/test_noisy_trace "
                      "records/test_measured"),
     "forecast": ("prognosis/forecast prognosis/limit_states prognosis/service",
                  "prognosis/test_forecast prognosis/test_limit_states prognosis/test_service "

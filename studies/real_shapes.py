@@ -15,7 +15,7 @@ import numpy as np
 import pandas as pd
 
 from breaker.common.randomness import generator
-from breaker.configuration.definitions import family_of
+from breaker.configuration.data_files import family_of
 from breaker.configuration.loading import load
 from breaker.family.bank import shapes, simulate_family
 from breaker.family.drive_family import Family

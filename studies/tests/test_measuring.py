@@ -5,7 +5,7 @@ import pytest
 from scipy.stats import chi2
 
 from breaker.common.randomness import generator
-from breaker.configuration.definitions import family_of
+from breaker.configuration.data_files import family_of
 from breaker.family.drive_family import Family
 from breaker.family.rich_drive import Drive, Elements
 from breaker.model.evaluation import evaluate

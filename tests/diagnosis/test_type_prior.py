@@ -10,7 +10,7 @@ import pytest
 
 from breaker.cli import main
 from breaker.common.randomness import generator
-from breaker.configuration.definitions import family_of
+from breaker.configuration.data_files import family_of
 from breaker.configuration.loading import load
 from breaker.diagnosis.session import Diagnosis
 from breaker.diagnosis.type_prior import DrawnType, fit_type, list_type, warnings_of

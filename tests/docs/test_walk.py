@@ -4,7 +4,7 @@ import re
 
 import pytest
 
-from breaker.configuration.definitions import simulated_test
+from breaker.configuration.data_files import simulated_test
 from breaker.family.endurance import EnduranceTest
 from breaker.family.exports import HIGH_VOLTAGE
 from tests.bare import without_extras

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from breaker.configuration.definitions import family_of
+from breaker.configuration.data_files import family_of
 from breaker.family.bank import simulate_family
 from breaker.family.drive_family import Family
 

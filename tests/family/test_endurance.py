@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from breaker.configuration.definitions import simulated_test
+from breaker.configuration.data_files import simulated_test
 from breaker.family.endurance import EnduranceTest
 from breaker.family.endurance_truth import failure_times, truth_of
 from breaker.model.curves import travel

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from breaker.cli import main
-from breaker.configuration.definitions import simulated_test
+from breaker.configuration.data_files import simulated_test
 from breaker.configuration.loading import defaults
 from breaker.family.endurance import EnduranceTest
 from breaker.family.exports import (

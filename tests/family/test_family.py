@@ -5,7 +5,7 @@ from dataclasses import asdict, replace
 import numpy as np
 import pytest
 
-from breaker.configuration.definitions import family_of
+from breaker.configuration.data_files import family_of
 from breaker.family.drive_family import Family
 from breaker.family.rich_drive import SIZES
 

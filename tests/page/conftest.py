@@ -11,7 +11,7 @@ from urllib.parse import parse_qs
 import numpy as np
 import pytest
 
-from breaker.cli.inputs import limits_of, settings_of
+from breaker.cli.common_options import limits_of, settings_of
 from breaker.page.server import HOST, PageServer
 from breaker.page.session import Session
 from breaker.page.views import VIEWS, Asked

@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from breaker.configuration.definitions import advice_of
+from breaker.configuration.data_files import advice_of
 from breaker.configuration.loading import defaults
 from breaker.prognosis.limit_states import states_of
 from breaker.prognosis.tables import change_table, decide, limit_table, sentences

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from breaker.common.randomness import generator
-from breaker.configuration.definitions import family_of
+from breaker.configuration.data_files import family_of
 from breaker.family.drive_family import Family
 from breaker.model.curves import travel
 from breaker.model.parameters import MOTIONS

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from breaker.common.document import text_of
-from breaker.configuration.definitions import simulated_test
+from breaker.configuration.data_files import simulated_test
 from breaker.configuration.loading import defaults
 from breaker.family.endurance import EnduranceTest, write_curve
 from breaker.records.acceptance import check_folder, document_of

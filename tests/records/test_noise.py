@@ -5,7 +5,7 @@ import pytest
 from scipy.signal import lfilter
 
 from breaker.common.randomness import generator
-from breaker.configuration.definitions import family_of
+from breaker.configuration.data_files import family_of
 from breaker.family.drive_family import Family
 from breaker.family.inputs import normalise_record
 from breaker.records.measurements import measure_curve

@@ -8,7 +8,7 @@ import pytest
 import yaml
 from jsonschema import Draft202012Validator
 
-from breaker.configuration.definitions import family_of
+from breaker.configuration.data_files import family_of
 from breaker.configuration.loading import load
 from breaker.family.network_files import unfit
 from breaker.shipped import CARD, FAMILIES, KINDS, model_file

@@ -7,7 +7,7 @@ from operator import getitem
 import pytest
 import yaml
 
-from breaker.configuration.definitions import advice_of
+from breaker.configuration.data_files import advice_of
 from breaker.configuration.loading import (
     ConfigurationError,
     check,

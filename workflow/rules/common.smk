@@ -7,7 +7,7 @@ from math import ceil
 from pathlib import Path
 
 from breaker.common.named_functions import file_of
-from breaker.configuration.definitions import advice_of, family_of, simulated_test
+from breaker.configuration.data_files import advice_of, family_of, simulated_test
 from breaker.configuration.loading import of_motion
 from breaker.family.network_files import header_of, unfit
 from breaker.model.parameters import Size

@@ -7,7 +7,7 @@ chunk. A life processes all operations in one job.
 from functools import cache
 
 from breaker.common.clean_text import bare
-from breaker.configuration.definitions import entry_of_type, types_of
+from breaker.configuration.data_files import entry_of_type, types_of
 from breaker.records.folder import fingerprint, known_of, list_fleet, list_operations, table_rows
 from breaker.workflow.jobs import chunks_of
 

@@ -2,7 +2,7 @@
 
 from breaker.common.zarr_store import describe, open_store, save
 from breaker.family.networks import shipped_levels
-from breaker.family.operations import infer_operations
+from breaker.family.operation_inference import infer_operations
 from breaker.workflow.jobs import start
 
 log = start(snakemake)

@@ -62,7 +62,9 @@ def run() -> int:
 
 def parser(named: Sequence[str] = ()) -> argparse.ArgumentParser:
     """Return the parser of the commands in ``named``, or of all if it has none."""
-    from breaker.cli.inputs import SEVERAL  # loads numpy, after the number of threads is set
+    from breaker.cli.common_options import (
+        SEVERAL,  # loads numpy, after the number of threads is set
+    )
 
     what = "From a breaker's travel curve to the state of its drive."
     made = argparse.ArgumentParser(prog="breaker", description=what)

@@ -5,7 +5,7 @@ import os
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
-from breaker.cli import inputs
+from breaker.cli import common_options
 from breaker.cli.outputs import check_outputs, draw, say_written
 from breaker.common.clean_text import print_text
 
@@ -17,9 +17,9 @@ def add(compare: argparse.ArgumentParser) -> None:
     exit status is 1 if nothing was compared.
     """
     compare.add_argument("before", metavar="BEFORE", help="earlier records", nargs="+")
-    today = inputs.SEVERAL | {"required": True}
+    today = common_options.SEVERAL | {"required": True}
     compare.add_argument("--today", metavar="TODAY", help="later records", **today)
-    inputs.add_choice(compare)
+    common_options.add_choice(compare)
     same = "state that both inspections have the same transducer and ratio"
     compare.add_argument("--same-transducer", action="store_true", help=same)
     compare.add_argument("--json", action="store_true", help="print one JSON document")
@@ -29,18 +29,18 @@ def add(compare: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Read both inspections, compare them, and print the comparison."""
     check_outputs([(options.plot, "picture")])
-    config = inputs.settings_of(options.config)
+    config = common_options.settings_of(options.config)
     # Imported here, so that --help and errors of options appear at once.
     from breaker.common.document import text_of
     from breaker.common.plain_values import to_json
-    from breaker.configuration.definitions import types_of
+    from breaker.configuration.data_files import types_of
     from breaker.diagnosis.inspection_change import compare_inspections, words_of_change
     from breaker.diagnosis.session import Diagnosis
     from breaker.records.files import Files
 
-    choice = inputs.choice_of(options)
+    choice = common_options.choice_of(options)
     types, inspections, opened, doubts = types_of(config), {}, Files(), []
-    limits = inputs.limits_of(config, options.config)
+    limits = common_options.limits_of(config, options.config)
     both = Diagnosis(config, limits, types=types, same_transducer=options.same_transducer)
     for name, files in (("before", options.before), ("today", options.today)):
         single = Diagnosis(config, types=types).of_files(files, choice, opened, options.type)

@@ -4,7 +4,7 @@ import argparse
 import os
 from pathlib import Path
 
-from breaker.cli.inputs import settings_of
+from breaker.cli.common_options import settings_of
 from breaker.common.clean_text import print_text
 
 _OPERATIONS, _SEED = 3, 1
@@ -27,7 +27,7 @@ def run(options: argparse.Namespace) -> int:
     folder = Path(options.folder)
     if os.path.lexists(folder) and not (folder.is_dir() and not os.listdir(folder)):
         raise FileExistsError(f"{folder} exists, and is not replaced. Name another folder")
-    from breaker.configuration.definitions import simulated_test
+    from breaker.configuration.data_files import simulated_test
     from breaker.family.endurance import EnduranceTest
     from breaker.family.exports import write_close_opens, write_inspections
 

@@ -2,7 +2,7 @@
 
 import argparse
 
-from breaker.cli.inputs import settings_of
+from breaker.cli.common_options import settings_of
 from breaker.cli.outputs import check_outputs, write_lines
 from breaker.common.clean_text import print_text
 
@@ -23,7 +23,7 @@ def run(options: argparse.Namespace) -> int:
     check_outputs([(options.output, "lines")])
     config = settings_of(options.config)
     from breaker.common.document import text_of
-    from breaker.configuration.definitions import types_of
+    from breaker.configuration.data_files import types_of
     from breaker.configuration.loading import check, defaults, merge
     from breaker.diagnosis.sentences import say
     from breaker.diagnosis.session import Diagnosis

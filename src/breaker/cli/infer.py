@@ -3,7 +3,7 @@
 import argparse
 from collections.abc import Callable, Iterable
 
-from breaker.cli import inputs
+from breaker.cli import common_options
 from breaker.cli.outputs import check_outputs, draw, say_written, write_lines
 from breaker.common.clean_text import print_text
 from breaker.model.quantities import check_fact
@@ -16,10 +16,12 @@ def add(infer: argparse.ArgumentParser) -> None:
     no record can be used.
     """
     infer.add_argument("files", metavar="FILE", help="records of a breaker, or a folder", nargs="+")
-    inputs.add_choice(infer)
+    common_options.add_choice(infer)
     what = "known value of a parameter, the wipe, or the time of touch or separation"
     known = {"type": _fact, "metavar": "NAME=VALUE:SD"}
-    infer.add_argument("--known", help=f"{what}, such as mu=2.4:0.07", **known, **inputs.SEVERAL)
+    infer.add_argument(
+        "--known", help=f"{what}, such as mu=2.4:0.07", **known, **common_options.SEVERAL
+    )
     infer.add_argument("--model", metavar="FILE", help="network of a family of your own")
     infer.add_argument("--json", action="store_true", help="print one JSON document")
     infer.add_argument("--output", metavar="CSV", help="write a table to this file")
@@ -42,19 +44,19 @@ def _fact(text: str) -> tuple[str, list[float]]:
 def run(options: argparse.Namespace) -> int:
     """Infer and judge, write the requested files, and print the result."""
     check_outputs([(options.output, "lines"), (options.plot, "picture")])
-    config = inputs.settings_of(options.config)
-    limits = inputs.limits_of(config, options.config)
+    config = common_options.settings_of(options.config)
+    limits = common_options.limits_of(config, options.config)
     # Imported here, so that --help and errors of options appear at once.
     from breaker.common.document import text_of
     from breaker.common.plain_values import note_of, to_json
-    from breaker.configuration.definitions import types_of
+    from breaker.configuration.data_files import types_of
     from breaker.diagnosis.sentences import say
     from breaker.diagnosis.session import Diagnosis, given_by
     from breaker.diagnosis.tables import document_of
 
     given = given_by(config, dict(options.known))
     diagnosis = Diagnosis(config, limits, given, _families(options.model), types_of(config))
-    choice = inputs.choice_of(options)
+    choice = common_options.choice_of(options)
     diagnosis = diagnosis.of_files(options.files, choice, of_type=options.type)
     words = [say("own-prior")] if given.prior else []
     result = diagnosis.result

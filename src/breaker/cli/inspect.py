@@ -5,7 +5,7 @@ import os
 from collections.abc import Mapping
 from pathlib import Path
 
-from breaker.cli.inputs import settings_of
+from breaker.cli.common_options import settings_of
 from breaker.cli.outputs import check_outputs, say_written, write_lines
 from breaker.common.clean_text import print_text
 

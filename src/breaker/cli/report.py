@@ -2,7 +2,7 @@
 
 import argparse
 
-from breaker.cli import inputs
+from breaker.cli import common_options
 from breaker.cli.outputs import check_outputs, write
 from breaker.common.clean_text import print_text
 
@@ -16,20 +16,22 @@ def add(report: argparse.ArgumentParser) -> None:
     report.add_argument("files", metavar="FILE", help="records, or their folder", nargs="+")
     what = "write the report to this page, which a browser prints or saves as PDF"
     report.add_argument("--output", metavar="HTML", help=what, required=True)
-    report.add_argument("--before", metavar="FILE", help="earlier records", **inputs.SEVERAL)
+    report.add_argument(
+        "--before", metavar="FILE", help="earlier records", **common_options.SEVERAL
+    )
     same = "state that both inspections have the same transducer and ratio"
     report.add_argument("--same-transducer", action="store_true", help=same)
     what = "columns of travel (default: all columns that move)"
-    report.add_argument("--channel", help=what, metavar="NAME", **inputs.SEVERAL)
-    inputs.add_type(report)
+    report.add_argument("--channel", help=what, metavar="NAME", **common_options.SEVERAL)
+    common_options.add_type(report)
     report.add_argument("--reference", metavar="GOOD", help="good record, drawn below the others")
 
 
 def run(options: argparse.Namespace) -> int:
     """Read, infer and judge the inspection, and write its report."""
     check_outputs([(options.output, "report")])
-    config = inputs.settings_of(options.config)
-    limits = inputs.limits_of(config, options.config)
+    config = common_options.settings_of(options.config)
+    limits = common_options.limits_of(config, options.config)
     # Imported here, so that --help and errors of options appear at once.
     from breaker.diagnosis.report import read_inspection, report_of
 

@@ -10,7 +10,7 @@ import webbrowser
 from contextlib import suppress
 from pathlib import Path
 
-from breaker.cli.inputs import limits_of, settings_of
+from breaker.cli.common_options import limits_of, settings_of
 from breaker.common.clean_text import print_text
 
 

@@ -6,7 +6,7 @@ A condition yields keys, each with the problem of its value.
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
-from breaker.configuration.definitions import family_of, types_of
+from breaker.configuration.data_files import family_of, types_of
 from breaker.configuration.loading import of_motion
 from breaker.model.equations import PRESSED
 from breaker.model.limits import UNRESOLVED, from_list

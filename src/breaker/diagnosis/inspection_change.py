@@ -11,7 +11,7 @@ from breaker.common.document import Cell, Document, Table
 from breaker.common.numerals import first_of, in_digits, in_p
 from breaker.common.plain_values import Plain, note_of, plainly
 from breaker.common.randomness import generator
-from breaker.configuration.definitions import advice_of, advice_on, family_of
+from breaker.configuration.data_files import advice_of, advice_on, family_of
 from breaker.diagnosis import identity
 from breaker.diagnosis.changes import (
     NetworkChanges,

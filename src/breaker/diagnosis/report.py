@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 from breaker.common.document import Document
-from breaker.configuration.definitions import types_of
+from breaker.configuration.data_files import types_of
 from breaker.diagnosis.curves import Overlay, overlaid
 from breaker.diagnosis.estimate import Estimate
 from breaker.diagnosis.identity import check_inspection, nameplate

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from breaker.configuration.definitions import entry_of_type, laid_over
+from breaker.configuration.data_files import entry_of_type, laid_over
 from breaker.configuration.loading import defaults
 from breaker.diagnosis.estimate import KNOWN_VALUES, DriveRecord, Estimate, Given
 from breaker.diagnosis.identity import phase_of, phases_left_out

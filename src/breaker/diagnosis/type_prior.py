@@ -19,7 +19,7 @@ import yaml
 from breaker.common.clean_text import bare, usual_spelling
 from breaker.common.document import Document, Remark, Table, text_of
 from breaker.common.numerals import in_digits
-from breaker.configuration.definitions import family_of
+from breaker.configuration.data_files import family_of
 from breaker.configuration.loading import WIDEST, defaults
 from breaker.diagnosis.estimate import DriveRecord, Estimate
 from breaker.diagnosis.sentences import Sentence, say

@@ -23,7 +23,7 @@ TRIES = 10_000  # draws of a family, one of which must have a closed position an
 
 @dataclass(frozen=True, eq=False)
 class Family:
-    """The family: prior of its parameters, and its definition (``definitions.family_of``)."""
+    """The family: prior of its parameters, and its definition (``data_files.family_of``)."""
 
     prior: Prior
     settings: Mapping

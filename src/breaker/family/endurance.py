@@ -18,7 +18,7 @@ from breaker.model.parameters import NAMES
 @dataclass(frozen=True)
 class EnduranceTest:
     """The drive of a test before its first operation; settings of its wear and sensor, from
-    ``definitions.simulated_test``; and the seed of the configuration.
+    ``data_files.simulated_test``; and the seed of the configuration.
     """
 
     new: Drive

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from breaker.common.randomness import generator
-from breaker.configuration.definitions import simulated_test
+from breaker.configuration.data_files import simulated_test
 from breaker.configuration.loading import read
 from breaker.family.endurance import EnduranceTest, rows, texts, write_curve
 from breaker.family.rich_drive import Drive

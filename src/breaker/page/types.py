@@ -11,7 +11,7 @@ from typing import Any
 import yaml
 
 from breaker.common.clean_text import bare
-from breaker.configuration.definitions import types_of
+from breaker.configuration.data_files import types_of
 from breaker.configuration.loading import ConfigurationError
 
 

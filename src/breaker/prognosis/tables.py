@@ -10,7 +10,7 @@ import pandas as pd
 import xarray as xr
 
 from breaker.common.numerals import about, in_digits, in_p, in_percent, span
-from breaker.configuration.definitions import advice_on
+from breaker.configuration.data_files import advice_on
 from breaker.diagnosis.sentences import say
 from breaker.model.parameters import PARAMETERS
 from breaker.model.quantities import ABOUT

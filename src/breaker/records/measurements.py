@@ -25,7 +25,7 @@ from breaker.records.conversion import seen_quantum
 from breaker.records.currents import Currents
 from breaker.records.first_motion import first_motion, start_interval
 from breaker.records.motion import LocatedMotion, find_segment
-from breaker.records.propagation import FEW, Trace, Uncertain, error_of
+from breaker.records.noisy_trace import FEW, Trace, Uncertain, error_of
 from breaker.records.rejections import NotShownError, UnusableError
 
 _SEEN = 3.0  # sd above which a drift, a swing or a distance beyond a rest is not noise

@@ -5,7 +5,7 @@ import pytest
 from scipy.signal import lfilter
 
 from breaker.records.noise import running_median
-from breaker.records.propagation import Trace, Uncertain, settling
+from breaker.records.noisy_trace import Trace, Uncertain, settling
 
 TIME = np.arange(0.0, 60.0, 0.1)
 CURVE = 7.0 * (1.0 + np.tanh((TIME - 30.0) / 4.0))

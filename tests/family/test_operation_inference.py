@@ -5,7 +5,7 @@ import pytest
 import xarray as xr
 
 from breaker.family.networks import shipped_levels
-from breaker.family.operations import infer_operations
+from breaker.family.operation_inference import infer_operations
 from breaker.model.curves import travel
 from breaker.model.parameters import MOTIONS
 
