@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from breaker.records.files import Opened, RejectedCurveError
-from breaker.records.formats.registry import ENDINGS, FORMATS, format_of, look_into, read_columns
+from breaker.records.formats.detection import ENDINGS, FORMATS, format_of, look_into, read_columns
 from breaker.records.settings import TO_MS, complete
 from breaker.records.words import split_unit
 from tests.records.refused import refusal

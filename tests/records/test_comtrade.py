@@ -5,7 +5,7 @@ import struct
 import numpy as np
 import pytest
 
-from breaker.records.formats.registry import look_into, read_columns
+from breaker.records.formats.detection import look_into, read_columns
 from breaker.records.settings import complete
 from tests.records.format_contract import TIME, TRAVEL
 from tests.records.refused import refusal

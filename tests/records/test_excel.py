@@ -8,7 +8,7 @@ import openpyxl
 import pytest
 
 from breaker.records.files import LARGEST
-from breaker.records.formats.registry import look_into, read_columns
+from breaker.records.formats.detection import look_into, read_columns
 from breaker.records.settings import complete
 from tests.records.format_contract import TIME, TRAVEL
 from tests.records.refused import refusal

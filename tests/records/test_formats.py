@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from breaker.records.files import Opened
-from breaker.records.formats import example_format, registry
-from breaker.records.formats.registry import FORMATS, Format, format_of, read_columns
+from breaker.records.formats import detection, example_format
+from breaker.records.formats.detection import FORMATS, Format, format_of, read_columns
 from breaker.records.settings import complete
 from studies.layouts import LAYOUTS
 from tests.records.format_contract import TIME, TRAVEL, Example, FormatContract
@@ -54,7 +54,7 @@ class TestExample(FormatContract):
     def example(self, monkeypatch):
         line = example_format.__doc__.rpartition("Format(__name__, ")[2].strip().removesuffix(")")
         form = Format(example_format.__name__, *ast.literal_eval(f"({line})"))
-        monkeypatch.setattr(registry, "FORMATS", (*FORMATS, form))
+        monkeypatch.setattr(detection, "FORMATS", (*FORMATS, form))
         return Example("a.example-record", {"time_unit": "ms"}, "travel", write_example)
 
     def test_it_is_one_of_the_formats(self, curve_file):

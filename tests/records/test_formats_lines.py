@@ -6,7 +6,7 @@ import pytest
 from breaker.common.randomness import generator
 from breaker.records.files import RejectedCurveError
 from breaker.records.folder import each_line
-from breaker.records.formats.registry import look_into, read_columns, records_in
+from breaker.records.formats.detection import look_into, read_columns, records_in
 from breaker.records.operations import Operation
 from breaker.records.settings import complete
 

@@ -10,7 +10,7 @@ import pytest
 from breaker.common.randomness import generator
 from breaker.records.cells import strict_numbers
 from breaker.records.files import RejectedCurveError
-from breaker.records.formats.registry import look_into, read_columns
+from breaker.records.formats.detection import look_into, read_columns
 from breaker.records.settings import complete
 
 TIME = 0.1 * np.arange(40)

@@ -11,7 +11,7 @@ from breaker.page.choices import id_of, name_of
 from breaker.records.dates import one_date
 from breaker.records.description import Description
 from breaker.records.folder import record_files
-from breaker.records.formats.registry import UNREAD
+from breaker.records.formats.detection import UNREAD
 from breaker.records.operations import MANIFEST
 from breaker.records.words import motions_in, phases_in_names
 

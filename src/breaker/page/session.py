@@ -18,7 +18,7 @@ from breaker.page.types import read_types
 from breaker.records.description import Description, describe_file
 from breaker.records.files import Files, printable
 from breaker.records.folder import record_files
-from breaker.records.formats.registry import look_into
+from breaker.records.formats.detection import look_into
 from breaker.records.proposal import inspect_file
 from breaker.records.settings import FORMAT
 

@@ -29,7 +29,7 @@ from breaker.records.curves import Grid, read_curves
 from breaker.records.dates import instant, one_date
 from breaker.records.files import Files
 from breaker.records.folder import known_of
-from breaker.records.formats.registry import stated_in
+from breaker.records.formats.detection import stated_in
 from breaker.records.operations import Operation
 
 _MOST = 20  # operations of an inspection that are used: more do not reduce their common error

@@ -11,7 +11,7 @@ from breaker.common.numerals import in_digits
 from breaker.records.curves import Grid, GriddedRecord, read_records
 from breaker.records.files import RejectedCurveError, printable
 from breaker.records.folder import list_operations, table_rows
-from breaker.records.proposal import ITEM, alike
+from breaker.records.proposal import ITEM, grouped
 
 
 class CheckedGroup(NamedTuple):
@@ -87,7 +87,7 @@ def _range(values: Sequence[float]) -> str:
 def _grouped(texts: Sequence[tuple[str, str, str]]) -> list[Remark]:
     """Return one line for texts that differ only in numbers: their count, and the first text."""
     lines = []
-    for members in sorted(alike(texts), key=len, reverse=True):
+    for members in sorted(grouped(texts), key=len, reverse=True):
         name, file, text = members[0]
         text = text if text.startswith(file) else f"{file}: {text}"
         count = f"{len(members)} of {name}, first " if len(members) > 1 else f"{name}, "

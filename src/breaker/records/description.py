@@ -19,7 +19,7 @@ from breaker.common.numerals import in_digits
 from breaker.records import words
 from breaker.records.channels import FAINT, Clock, Travel, Wiring, chosen_travels, find_clock
 from breaker.records.files import Opened, RejectedCurveError, as_opened
-from breaker.records.formats.registry import look_into
+from breaker.records.formats.detection import look_into
 from breaker.records.header import Header
 from breaker.records.operations import FILL_IN
 from breaker.records.settings import TO_MM, TO_MS
@@ -46,7 +46,7 @@ class InspectedMotion(NamedTuple):
         begin, end: Part of the record with only this motion; NaN for the ends of the record.
         begins, arrives: Approximate times of its start and of the rest after it.
         paired: Columns that belong to the motion, by key of the settings.
-        result, said: Record that was read with a proposal, None if rejected; reasons and remarks.
+        result, remarks: Record that was read with a proposal, None if rejected; its remarks.
     """
 
     motion: str
@@ -58,7 +58,7 @@ class InspectedMotion(NamedTuple):
     arrives: float = np.nan
     paired: Mapping[str, str | int] = MappingProxyType({})
     result: "GriddedRecord | None" = None
-    said: tuple[str, ...] = ()
+    remarks: tuple[str, ...] = ()
 
     @property
     def record(self) -> "Record | None":

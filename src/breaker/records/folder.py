@@ -19,7 +19,7 @@ from statistics import fmean
 from breaker.common.numerals import natural
 from breaker.model.quantities import CONDITIONS
 from breaker.records.files import printable
-from breaker.records.formats.registry import ENDINGS, records_in
+from breaker.records.formats.detection import ENDINGS, records_in
 from breaker.records.operations import MANIFEST, Operation, read_manifest
 
 _Row = tuple[str, Operation]

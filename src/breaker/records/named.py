@@ -17,7 +17,7 @@ from breaker.model.parameters import MOTIONS
 from breaker.records import folder
 from breaker.records.dates import one_date
 from breaker.records.files import Files, Opened, printable
-from breaker.records.formats.registry import look_into, stated_in
+from breaker.records.formats.detection import look_into, stated_in
 from breaker.records.operations import MANIFEST, Operation
 from breaker.records.settings import FORMAT
 from breaker.records.words import phases_in_names

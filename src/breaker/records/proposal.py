@@ -91,8 +91,8 @@ def _as_read(
         record = Reader(settings, files).read(Operation(1, file, **part), motion.motion)
         result = put_on_grid(record, Grid(times, sensor["noise_sd"]))
     except RejectedCurveError as error:
-        return motion._replace(said=(str(error),))
-    return motion._replace(result=result, said=result.remarks)
+        return motion._replace(remarks=(str(error),))
+    return motion._replace(result=result, remarks=result.remarks)
 
 
 def overlay_of(proposal: Proposal) -> str:
@@ -115,8 +115,8 @@ def words_of(proposal: Proposal) -> Document:
     rate = "rate not known" if np.isnan(clock.rate) else f"{in_digits(clock.rate, 6)} kHz"
     size = f"{len(sheet.columns)} columns, {sheet.columns[0].size} samples"
     remarks = [*proposal.remarks]
-    texts = [("", f"{m.motion}, {m.column}", text) for m in proposal.motions for text in m.said]
-    for (_, where, text), *others in alike(texts):
+    texts = [("", f"{m.motion}, {m.column}", text) for m in proposal.motions for text in m.remarks]
+    for (_, where, text), *others in grouped(texts):
         remarks.append(f"{where}{f' and {len(others)} more' if others else ''}: {text}")
     parts = [Table(title=str(sheet.file), rows=[f"  {sheet.kind}; {size}; {time}, {rate}"])]
     looked = Table(title="To look at:", rows=[Remark(e, ITEM) for e in remarks])
@@ -127,7 +127,7 @@ def words_of(proposal: Proposal) -> Document:
     return Document(parts=parts)
 
 
-def alike(remarks: Iterable[tuple[str, str, str]]) -> list[list[tuple[str, str, str]]]:
+def grouped(remarks: Iterable[tuple[str, str, str]]) -> list[list[tuple[str, str, str]]]:
     """Group remarks ``(group, place, text)`` whose texts differ only in place, numbers or cells."""
     groups: dict[tuple[str, str], list[tuple[str, str, str]]] = {}
     for group, where, text in remarks:

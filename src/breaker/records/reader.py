@@ -28,7 +28,7 @@ from breaker.records.currents import Currents
 from breaker.records.dates import one_date
 from breaker.records.files import Files, Opened, RejectedCurveError, printable
 from breaker.records.first_motion import first_motion
-from breaker.records.formats.registry import look_into, read_columns, stated_in
+from breaker.records.formats.detection import look_into, read_columns, stated_in
 from breaker.records.header import Header
 from breaker.records.motion import LocatedMotion, find_segment
 from breaker.records.operations import Operation

@@ -19,8 +19,8 @@ from breaker.records.dates import dates_of, in_order
 from breaker.records.description import Description, InspectedMotion, describe_file
 from breaker.records.files import Opened, printable
 from breaker.records.folder import record_files
+from breaker.records.formats.detection import records_in
 from breaker.records.formats.lines import RecordLine
-from breaker.records.formats.registry import records_in
 from breaker.records.operations import FILL_IN, LONGEST
 from breaker.records.settings import FORMAT
 from breaker.records.words import motions_in, phases_in_names

@@ -1,1 +1,1 @@
-"""Formats of curve files, one module each; see ``registry``."""
+"""Formats of curve files, one module each; see ``detection``."""

@@ -22,7 +22,7 @@ _NO_SAMPLE = 99999  # missing sample in ASCII
 
 def read(opened: Opened, form: Mapping) -> list[Sheet]:
     """Return the analog and the status channels (1 and 0) of a COMTRADE record, and in the last
-    column its times, in ``time_unit`` of the form; see ``registry``.
+    column its times, in ``time_unit`` of the form; see ``detection``.
     """
     file = Path(opened.file)
     if file.suffix.lower() == ".dat":
@@ -57,7 +57,7 @@ def _part(file: Path, ending: str) -> Path:
 class _Description:
     """Content of a ``.cfg``: names and units of channels, factors and offsets of analog channels
     (nan if not used), rates, Hz, each with the number of its last sample, the type of the data, and
-    the unit of a time stamp, s. Any error is turned into a rejection by ``registry``.
+    the unit of a time stamp, s. Any error is turned into a rejection by ``detection``.
     """
 
     def __init__(self, file: str | Path, text: str) -> None:

@@ -2,7 +2,7 @@
 
 A file contains the signs ``EXAMPLE1``, the number of samples per second, and the travel in mm, as
 little-endian numbers of four bytes. The format passes the tests of all formats. To use it, add it
-to ``FORMATS`` in ``registry``, with the names of its files in messages by ending, and the first
+to ``FORMATS`` in ``detection``, with the names of its files in messages by ending, and the first
 bytes that identify the format, whatever the ending of the file:
 
     Format(__name__, {".example-record": "a record of the example"}, (b"EXAMPLE1",))

@@ -44,7 +44,7 @@ DELIMITERS = (";", "\t", "|", ",", " ")  # in case of doubt, the first that fits
 
 
 def read(opened: Opened, form: Mapping) -> list[Sheet]:
-    """Return the table of a text; see ``registry``."""
+    """Return the table of a text; see ``detection``."""
     file, content = opened.file, opened.content
     check_lines(file, content)
     encoding = form.get("encoding") or encoding_of(content)
